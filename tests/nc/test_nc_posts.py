@@ -269,6 +269,18 @@ def test_rigid_taps_by_other_names():
         assert moves[2].feed_mm_min == pytest.approx(1500, rel=1e-6)
 
 
+def test_the_lead_of_a_tap_is_no_feed_of_the_cuts_after_it():
+    """Brother G77 and G78: every hole of the cycle feeds with lead times speed, whatever turns the spindle takes; F stays."""
+    text = HEAD + (
+        "G0 Z50.\nG1 X5. F100\nG77 X10. Y0 Z-9. R2. J1.5\nX20.\nX30. S500\nG81 X35. Z-5. R2.\nG80\nG1 X40.\n"
+        "G78 X50. Z-9. R2. I25.4\nG84 X60. Z-9. R2. F200\nG80\nG1 X70.\nM30"
+    )
+    feeds = {move.line: move.feed_mm_min for move in clean(text).moves if move.feed_mm_min is not None}
+    assert feeds == pytest.approx(
+        {5: 100, 6: 1500, 7: 1500, 8: 750, 9: 100, 11: 100, 12: 500, 13: 200, 15: 200}
+    )
+
+
 def test_small_words_of_mazak_okuma_and_lathes():
     """G54.4 P0 ends a set-up error, G20 HP=1 is the home of Okuma mills, G154 P of a Haas lathe a work offset."""
     assert [m.end[0] for m in clean(HEAD + "G54.4 P0\nG0 X1.\nM30", "mazak").moves] == [1]

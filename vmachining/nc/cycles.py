@@ -94,8 +94,12 @@ def drill(run: Run, code: int, fresh: bool) -> None:
         or (cycle.initial < clear - ROUNDING_MM and abs(level - clear) <= ROUNDING_MM)
     ):  # the second has no length: as the reference control
         run.rapid({plane.normal: clear})
+    kept = state.feed
+    if state.tap and code in (740, 840):
+        state.feed = state.tap * (state.speed if state.feed_mode == 940 else 1.0)
     for _ in range(int(repeats)):
         _hole(run, cycle, plane)
+    state.feed = kept
 
 
 def _remember(run: Run, code: int, plane: Plane, fresh: bool) -> Cycle:

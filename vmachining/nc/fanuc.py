@@ -15,9 +15,9 @@ from vmachining.nc import fanuc_haas as haas
 from vmachining.nc import fanuc_okuma as okuma
 from vmachining.nc.block import Block, Problem
 from vmachining.nc.codes import CYCLES
-from vmachining.nc.fanuc_cycles import BORING, CYCLE_WORDS, TAPS, dwell, holes, taps
-from vmachining.nc.fanuc_line import Line
-from vmachining.nc.fanuc_places import Given, Places, extended, polar
+from vmachining.nc.fanuc_cycles import BORING, CYCLE_WORDS, dwell, holes, taps
+from vmachining.nc.fanuc_line import Line, Words
+from vmachining.nc.fanuc_places import TAKEN, Places, polar
 from vmachining.nc.frames import UP, unit
 from vmachining.nc.lexer import Word
 from vmachining.nc.settings import Settings
@@ -44,6 +44,10 @@ NOTED: Final[dict[int, tuple[str, str]]] = {
 ENDS: Final = {690: "turn tilt", 691: "tilt", 500: "scale", 501: "mirror"}
 MOVES: Final = frozenset({0, 10, 20, 30})
 CLAIMS: Final = frozenset({40, 100, 280, 290, 300, 431, 510, 511, 520, 530, 680, 682, 920})
+CYCLIC: Final = frozenset(CYCLE_WORDS)
+CLAIMING: Final = MOVES | CLAIMS | CYCLIC
+MODAL: Final = MOVES | CYCLIC | {800}
+"""What takes the axis words; what takes the place of a motion code."""
 SWITCHES: Final = frozenset({3, 4, 5, 6, 0, 1, 2, 30, 7, 8, 9, 97, 98, 99})
 """M codes that the core executes, and M97."""
 
@@ -67,15 +71,14 @@ class Translator:
         self.dead: Problem | None = None
         self.quill = self.depth = 0.0
         self.level: float | None = None
-        self.changer = self.k_sizes = False
+        self.changer = self.k_sizes = self.orients = False
         self.alias: dict[int, int] = {}
         """Work offsets of Okuma that are others, turned with the rotary axes."""
         self.changes_by = 0
         """M code that changes tools in a program without M6."""
-        self.block: list[tuple[Word, float]] = []
         self.at = 0
         """Line in work, 0-based."""
-        self.repeated: tuple[Word, int, dict[str, float]] | None = None
+        self.repeated: tuple[Word, int] | None = None
         self.least = LEAST.get(settings.control.increments, 0.0)
 
     @property
@@ -92,81 +95,69 @@ class Translator:
 
     # ---- one block ----
 
-    def translate(self, words: tuple[Word, ...], values: list[float], state: State) -> Line:
+    def translate(self, block: Words, state: State) -> Line:
         """The block for the core."""
-        if any(w.letter == "G" and v in TAPS for w, v in zip(words, values, strict=True)):
-            words, values = taps(list(zip(words, values, strict=True)), state, self.variant)
         if state.motion in MOVES:
             self.group1 = state.motion or 0
             self.cycle.clear()
-        out, self.block = Line(), list(zip(words, values, strict=True))
-        codes = {round(v * 10.0) for w, v in zip(words, values, strict=True) if w.letter == "G"}
-        given = {w.letter: (w, v) for w, v in zip(words, values, strict=True) if w.letter not in "GMN"}
-        if self.skipping or (100 in codes and "L" in given and given["L"][1] in (50.0, 51.0, 52.0)):
+        block, pitch = taps(block, state, self.variant)
+        out = Line([(w, self._counted(w, v, state)) for w, v in block] if self.least else block, state)
+        codes, axes = out.codes, out.axes
+        self.orients = out.switches(19.0)  # the spindle stops at an angle, R
+        if state.tap != pitch and codes & MODAL:
+            out.become(out.before, tap=pitch)
+        if self.skipping or (100 in codes and out.get("L") in (50.0, 51.0, 52.0)):
             if not self.skipping:
-                self.say("G10 L50", words[0], "G10 L50: parameters of the control are not set here")
+                self.say("G10 L50", block[0][0], "G10 L50: parameters of the control are not set here")
             self.skipping = 110 not in codes
             return out
-        if self.least:
-            values = [self._counted(w, v, state) for w, v in zip(words, values, strict=True)]
-            given = {k: (w, self._counted(w, v, state)) for k, (w, v) in given.items()}
-        drop: set[str] = set()
-        axes = set(given) & set("XYZABC")
         if self.dead is not None:
-            if not codes & (MOVES | set(CYCLE_WORDS) | {800}):
+            if not codes & MODAL:
                 out.problems = [self.dead] if axes else []
                 return out
             self.dead = None
         if self.places.given and axes and 682 not in codes:
             self.places.given = {}
-            out.refuse(words[0], "G68.2: points or directions of its plane are missing before this motion")
+            out.refuse(block[0][0], "G68.2: points or directions of its plane are missing before this motion")
             return out
-        for word, value in zip(words, values, strict=True):
-            letter = word.letter
-            if letter == "G":
-                self._g(word, round(value * 10.0), out, given, drop, codes, axes, state)
-            elif letter == "M":
+        for word, value in out.written:
+            if word.letter == "G":
+                self._g(word, round(value * 10.0), out)
+            elif word.letter == "M":
                 self._m(word, value, out)
-            elif letter != "N" or not out.words:
+            elif word.letter != "N" or not out.pairs:
                 out.keep(word, value)
         if self.repeated is not None:
             out.drop("IJKLDQ" if self.repeated[1] in (120, 130) else "IJKL")
-        self._no_motion(out, codes, axes, state)
-        holes(self, out, state, bool(out.codes("G") & (MOVES | CLAIMS | {331})))
-        dwell(self, out, codes)
-        self._tool_words(out, codes, state)
-        self._corner(out, codes, axes, state)
+        self._no_motion(out)
+        holes(self, out, bool(out.now() & (MOVES | CLAIMS | {331})))
+        dwell(self, out)
+        self._tool_words(out)
+        self._corner(out)
         if self.polar is not None or 160 in codes:
-            polar(self, out, codes, state)
-        for letter in drop:
-            out.drop(letter)
+            polar(self, out)
+        out.drop("".join(out.taken))
         if out.letters() & set("ABC") and (self.places.tilted or state.axis != UP) and 690 not in codes:
-            self.places.rotary(self, out, given, state)
+            self.places.rotary(self, out)
         elif axes and out.pivot is None and not codes & (CLAIMS - {530}):
-            self.places.leaning(out, codes, state)
+            self.places.leaning(out)
         if self.repeated is not None:
-            haas.expand(self, out, state)
+            haas.expand(self, out)
         if self.changer and {"X", "Y"} & out.letters():  # with a new tool the control goes down last
-            pairs = list(zip(out.words, out.values, strict=True))
-            out.ahead.append([(w, v) for w, v in pairs if w.letter in "TXY" or (w.letter, v) in ALSO])
-            kept = [(w, v) for w, v in pairs if w.letter not in "TXY" and (w.letter, v) != ("M", 6.0)]
-            out.words, out.values = [w for w, _ in kept], [v for _, v in kept]
+            out.ahead.append([(w, v) for w, v in out.pairs if w.letter in "TXY" or (w.letter, v) in ALSO])
+            out.drop("TXY")
+            out.pairs = [(w, v) for w, v in out.pairs if (w.letter, v) != ("M", 6.0)]
         self.changer = False
         if self.settings.control.w and {"Z", "W"} & out.letters():
-            self._w(out, codes, state)
+            self._w(out)
         arc = bool(codes & {20, 30}) or (state.motion in (20, 30) and not codes & MOVES)
         if arc and state.plane.name == "xy" and not codes & {180, 190} and out.value("K") == 0.0:
             out.drop("K")  # of a helix without pitch
-        if (
-            arc
-            and axes <= set("ABC")
-            and axes
-            and not codes & (MOVES | CLAIMS)
-            and not set(given) & set("IJKR")
-        ):
+        alone = axes and axes <= set("ABC") and not codes & (MOVES | CLAIMS) and not out.has("IJKR")
+        if arc and alone:
             out.motion(out.before, 10)  # a rotary axis alone goes straight, and the mode stays
             out.motion(out.after, state.motion or 0)
-        if self.vectors and set(given) & set("IJK") and not arc and not codes & CLAIMS:
+        if self.vectors and out.has("IJK") and not arc and not codes & CLAIMS:
             out.vector = unit((out.value("I") or 0.0, out.value("J") or 0.0, out.value("K") or 0.0))
             out.drop("IJK")
         return out
@@ -174,20 +165,13 @@ class Translator:
     def forgive(self, block: Block) -> list[Problem]:
         """Problems that these controls do not have: words that no code of the block uses."""
         left = list[Problem]()
+        idle = "EHDPQTS" if (block.motion or self.group1) in (20, 30) else "EHDLPQTS"
         for problem in block.problems:
             word = problem.word
             letter = word.letter if word is not None else ""
-            arc = (block.motion or self.group1) in (20, 30)
-            value = block.value(letter) if letter else None
-            if (
-                problem.code == "E207"
-                and word is not None
-                and (
-                    letter in ("EHDPQTS" if arc else "EHDLPQTS")
-                    or (letter in "IJKR" and value == 0.0)
-                    or (letter == "R" and self.orients)
-                )
-            ):
+            none = letter in "IJKR" and block.value(letter) == 0.0
+            free = letter in idle or none or (letter == "R" and self.orients)
+            if problem.code == "E207" and word is not None and free:
                 self.say(f"word {letter}", word, f"{word.text}: no code of its block uses it")
                 del block.words[letter]
                 block.centre = block.centre.replace(letter, "")
@@ -201,9 +185,9 @@ class Translator:
             return value
         return value * (self.least if state.scale == 1.0 or word.letter in "ABC" else self.least / 10.0)
 
-    def _w(self, out: Line, codes: set[int], state: State) -> None:
+    def _w(self, out: Line) -> None:
         """W and Z move the tool along one line: the core sees their sum."""
-        like = out.word("ZW")
+        like, codes, state = out.word("ZW"), out.codes, out.state
         z, w = out.value("Z"), out.value("W")
         out.drop("ZW")
         if codes & {280, 300}:
@@ -212,11 +196,8 @@ class Translator:
                 out.add("Z", z, like)
             return
         if codes & {530, 920, 520, 100} and w is not None:
-            out.refuse(
-                like,
-                f"{like.text}: W together with a code that uses the axis words",
-                "write Z and W in a separate block",
-            )
+            what = f"{like.text}: W together with a code that uses the axis words"
+            out.refuse(like, what, "write Z and W in a separate block")
             return
         step = not state.absolute if not codes & {900, 910} else 910 in codes
         if step:
@@ -229,67 +210,62 @@ class Translator:
 
     # ---- G ----
 
-    def _g(
-        self, word: Word, code: int, out: Line, given: Given, drop: set[str], codes: set[int], axes: set[str],
-        state: State,
-    ) -> None:  # fmt: skip
-        if code in (50, 51) and set(given) & set("PQR"):  # G5.1 Q2 X0 Y0 Z0 names the axes that are smoothed
-            drop.update("XYZABC")
-        splines = code in (50, 51, 52, 53) and set(given) & set("XYZ") and not drop
-        if self.variant == "okuma" and okuma.code(self, word, code, out, given, drop, state):
-            return
-        if self.variant == "haas" and haas.code(self, word, code, out, given, drop):
+    def _g(self, word: Word, code: int, out: Line) -> None:
+        codes, state = out.codes, out.state
+        if code in (50, 51) and out.has("PQR"):  # G5.1 Q2 X0 Y0 Z0 names the axes that are smoothed
+            out.taken |= set("XYZABC")
+        splines = code in (50, 51, 52, 53) and out.has("XYZ") and not out.taken
+        others = codes & (CLAIMING - {code})
+        if (self.variant == "okuma" and okuma.code(self, word, code, out)) or (
+            self.variant == "haas" and haas.code(self, word, code, out)
+        ):
             return
         if code in (71, 1070):
-            if any(given[letter][1] for letter in "ABC" if letter in given):
-                out.refuse(
-                    word,
-                    f"{word.text}: cylindrical interpolation is not supported",
-                    "post the moves of the rotary axis",
-                )
+            if any(out.get(letter) for letter in "ABC"):
+                what = f"{word.text}: cylindrical interpolation is not supported"
+                out.refuse(word, what, "post the moves of the rotary axis")
             else:
-                self.say(
-                    f"G{code}",
-                    word,
-                    f"{word.text}: cylindrical interpolation off, which does not change the path here",
-                )
-            drop.update("ABC")
-        elif code == 1000 and "T" in given:  # of Brother, or a macro of the builder
-            what = f"{word.text} {given['T'][0].text}: a tool change, then a rapid to the place that is named"
-            self.say("G100", word, what, "I213")
-            if 60 not in out.codes("M") and not any(w.letter == "M" and v == 6.0 for w, v in self.block):
+                what = f"{word.text}: cylindrical interpolation off, which does not change the path here"
+                self.say(f"G{code}", word, what)
+            out.taken |= set("ABC")
+        elif code == 1000 and "T" in out.given:  # of Brother, or a macro of the builder
+            text = out.given["T"][0].text
+            self.say(
+                "G100",
+                word,
+                f"{word.text} {text}: a tool change, then a rapid to the place that is named",
+                "I213",
+            )
+            if 60 not in out.now("M") and not out.switches(6.0):
                 out.add("M", 6.0, word)
-            if axes and not codes & MOVES:
+            if out.axes and not codes & MOVES:
                 out.add("G", 0.0, word)
             self.changer = True
-        elif code in (542, 544) and given.get("P", (word, 0.0))[1] == 0.0:
-            self.say(
-                "G54.2", word, f"{word.text} P0: dynamic work offset off, which does not change the path here"
-            )
-            drop.add("P")
-        elif code in ENDS and not (code == 500 and set(given) & set("S")):
-            if not self.places.end(ENDS[code], out, given):
+        elif code in (542, 544) and out.get("P") == 0.0:
+            what = f"{word.text} P0: dynamic work offset off, which does not change the path here"
+            self.say("G54.2", word, what)
+            out.taken.add("P")
+        elif code in ENDS and not (code == 500 and out.has("S")):
+            if not self.places.end(ENDS[code], out):
                 self.say(f"G{code}", word, f"{word.text}: nothing is turned, scaled or mirrored")
-            others = codes & (MOVES | CLAIMS | set(CYCLE_WORDS))
-            drop.update(letter for letter in "XYZIJKP" if code == 501 and not others)
+            if code == 501 and not others:
+                out.taken |= set("XYZIJKP")
         elif code in NOTED and not splines:
             what, letters = NOTED[code]
             self.say(f"G{code}", word, f"{word.text}: {what}, which does not change the path here")
-            others = codes & (MOVES | CLAIMS | set(CYCLE_WORDS)) - {code}
-            drop.update(letter for letter in letters if letter in given and not others)
+            out.taken |= set() if others else set(letters) & out.given.keys()
         elif code == 800:
             if not codes & MOVES and (state.motion in CYCLES or state.motion is None):
                 out.motion(out.before, self.group1)
-        elif code in (700, 710) and not set(given) & set("PQUWDRIJKL"):
+        elif code in (700, 710) and not out.has("PQUWDRIJKL"):
             what = f"{word.text}: lengths are in {'inches' if code == 700 else 'mm'}"
             self.say(f"G{code}", word, what, "I213")
-            value = 20.0 if code == 700 else 21.0
-            out.keep(word._replace(value=value), value)
+            out.keep(*_code(word, 20.0 if code == 700 else 21.0))
         elif code in (530, 600) and codes & {280, 300}:
             return
         elif code in MOVES and codes & {280, 300}:  # the reference move is a rapid anyway
             out.motion(out.after, code)
-        elif code == 530 and not axes:
+        elif code == 530 and not out.axes:
             self.say("G53", word, f"{word.text} without axis words does nothing")
         elif code == 530 and not codes & {0, 10}:
             motion = self.group1 if state.motion in CYCLES or state.motion is None else state.motion
@@ -297,108 +273,92 @@ class Translator:
             out.add("G", 0.0, word)
             out.keep(word, 53.0)
         elif code == 600:
-            what = "G60: the way past the target, a parameter of the control, is left out"
-            self.say("G60", word, what, "I213")
-            if not codes & MOVES and axes:
+            self.say(
+                "G60", word, "G60: the way past the target, a parameter of the control, is left out", "I213"
+            )
+            if not codes & MOVES and out.axes:
                 out.motion(out.after, self.group1)
                 out.add("G", 0.0, word)
         elif code in (280, 300):
-            if "P" in given and given["P"][1] not in (1.0, 2.0):
-                what = f"{given['P'][0].text}: that reference point is taken as the second one"
-                self.say("G30P", given["P"][0], what, "I213")
-            drop.add("P")
+            if out.get("P", 1.0) not in (1.0, 2.0):
+                like = out.given["P"][0]
+                self.say(
+                    "G30P", like, f"{like.text}: that reference point is taken as the second one", "I213"
+                )
+            out.taken.add("P")
             out.keep(word, code / 10.0)
-        elif (code in (541, 1540) or self._also_extended(code, codes, out)) and "P" in given:
-            number = int(given["P"][1])
-            drop.add("P")
-            out.before.append(lambda s: extended(s, number))
+        elif (code in (541, 1540) or self._also_extended(code, out)) and "P" in out.given:
+            out.choose(out.before, 100000 + int(out.get("P")))
+            out.taken.add("P")
         elif code == 160 and self.variant != "okuma":
             return
-        elif code in (680, 682, 510, 511):
-            self._place(word, code, out, given, drop, codes, state)
+        elif code in TAKEN:
+            self._place(word, code, out)
         elif code == 531:
             if self.places.tilted:
                 out.pivot = self.places.parts["tilt"].axis
-                drop.update("PRQ")
+                out.taken |= set("PRQ")
             else:
                 out.refuse(word, "G53.1 without a tilted plane (G68.2)")
         else:
-            self._more(word, code, out, given, drop, state)
+            self._more(word, code, out)
 
-    def _more(self, word: Word, code: int, out: Line, given: Given, drop: set[str], state: State) -> None:
+    def _more(self, word: Word, code: int, out: Line) -> None:
+        kind = out.get("L") if code == 100 else 0.0
         if code == 431:
-            out.refuse(
-                word,
-                f"{word.text}: a tool length along the tool axis is not supported",
-                "post G43.4, or G68.2 and G43",
-            )
+            what = f"{word.text}: a tool length along the tool axis is not supported"
+            out.refuse(word, what, "post G43.4, or G68.2 and G43")
             return
         if code in BORING:
             self.say(f"G{code}", word, BORING[code], "I213")
-        if code == 2340:
-            self._add_length(out, word, 43.4)
-        elif code == 435:
-            self.vectors = True
-            self._add_length(out, word, 43.4)
-        elif code == 100 and "L" in given and given["L"][1] in (10.0, 11.0, 12.0, 13.0):
-            kind, place, r = given["L"][1], given.get("P"), given.get("R")
-            if kind >= 12.0 and place and r:
-                codes = {round(v * 10.0) for w, v in self.block if w.letter == "G"}
-                steps = 910 in codes or not (state.absolute or 900 in codes)
-                number = int(place[1]) + 13000
-                if kind == 13.0 or (
-                    steps and number not in self.radii
-                ):  # a step from the radius of the table
-                    number -= 1000
-                before = self.radii.get(number, 0.0) if steps else 0.0
-                self.radii[number] = before + r[1] * state.scale
+        if code in (2340, 435):
+            self.vectors = self.vectors or code == 435
+            out.keep(*_code(word, 43.4))
+        elif kind in (10.0, 11.0, 12.0, 13.0):
+            if kind >= 12.0 and {"P", "R"} <= out.given.keys():
+                self._write_radius(out, int(out.get("P")), kind == 13.0)
             else:
                 self.say("G10 L10", word, "G10 L10, L11: tool lengths are those of the tool table")
-            drop.update("LPR")
-        elif code == 100 and "L" in given and given["L"][1] == 20.0 and "P" in given:
-            self._extended_offset(word, given, out, state)
-            drop.update("LPXYZR")
+            out.taken |= set("LPR")
+        elif kind == 20.0 and "P" in out.given:
+            self._extended_offset(out)
+            out.taken |= set("LPXYZR")
         else:
             if code in (430, 440, 490):
                 self.vectors = False
             out.keep(word, code / 10.0)
 
-    def _also_extended(self, code: int, codes: set[int], out: Line) -> bool:
+    def _write_radius(self, out: Line, place: int, wear: bool) -> None:
+        """G10 L12 and L13 Pn R: a radius, or its wear; in G91 a step."""
+        number, steps = place + 13000, not out.absolute
+        if wear or (steps and number not in self.radii):  # a step from the radius of the table
+            number -= 1000
+        before = self.radii.get(number, 0.0) if steps else 0.0
+        self.radii[number] = before + out.get("R") * out.state.scale
+
+    @staticmethod
+    def _also_extended(code: int, out: Line) -> bool:
         """G54 P1 is G54.1 P1, where no other code of the block takes P."""
-        calls = any(w.letter == "M" and v in (97.0, 98.0, 99.0, 198.0) for w, v in self.block)
-        return code == 540 and not calls and not codes & ({40, 50, 80, 100, 300, 510, 682} | set(CYCLE_WORDS))
+        takers = CYCLIC | {40, 50, 80, 100, 300, 510, 682}
+        return code == 540 and not out.switches(97.0, 98.0, 99.0, 198.0) and not out.codes & takers
 
-    @property
-    def orients(self) -> bool:
-        """Whether the spindle is stopped at an angle, R."""
-        return any(w.letter == "M" and v == 19.0 for w, v in self.block)
-
-    def _corner(self, out: Line, codes: set[int], axes: set[str], state: State) -> None:
+    def _corner(self, out: Line) -> None:
         """G1 X R: a rounding before the next move, on controls that are set so."""
-        straight = 10 in codes or (state.motion == 10 and not codes & (MOVES | {800}))
+        straight = 10 in out.codes or (out.state.motion == 10 and not out.codes & (MOVES | {800}))
         radius = out.value("R")
-        if (
-            not straight
-            or not radius
-            or radius < 0.0
-            or not axes & set("XYZ")
-            or codes & (CLAIMS | set(CYCLE_WORDS))
-            or self.orients
-        ):
+        claimed = out.codes & (CLAIMS | CYCLIC) or self.orients
+        if not straight or not radius or radius < 0.0 or not out.axes & set("XYZ") or claimed:
             return
         like = out.word("R")
         self.say("R corner", like, f"{like.text} with G1: a rounding to the next move, as ,R", "I213")
         out.drop("R")
         out.add(",R", radius, like)
 
-    def _add_length(self, out: Line, word: Word, value: float) -> None:
-        out.keep(word._replace(value=value), value)
-
-    def _extended_offset(self, word: Word, given: Given, out: Line, state: State) -> None:
+    @staticmethod
+    def _extended_offset(out: Line) -> None:
         """G10 L20 Pn: the work offset of G54.1 Pn."""
-        code = 100000 + int(given["P"][1])
-        values = {k: given[c][1] * state.scale for k, c in enumerate("XYZ") if c in given}
-        absolute = state.absolute
+        code, absolute = 100000 + int(out.get("P")), out.state.absolute
+        values = {k: out.get(c) * out.state.scale for k, c in enumerate("XYZ") if c in out.given}
 
         def write(st: State) -> None:
             old = st.offsets.get(code, (0.0, 0.0, 0.0))
@@ -411,32 +371,30 @@ class Translator:
 
         out.before.append(write)
 
-    def _place(
-        self, word: Word, code: int, out: Line, given: Given, drop: set[str], codes: set[int], state: State
-    ) -> None:
+    def _place(self, word: Word, code: int, out: Line) -> None:
         """Turned, tilted, scaled, mirrored: not beside a motion, and not under cutter compensation."""
-        if codes & MOVES or state.compensation is not None:
-            why = "beside a motion code" if codes & MOVES else "while cutter compensation is on"
+        if out.codes & MOVES or out.state.compensation is not None:
+            why = "beside a motion code" if out.codes & MOVES else "while cutter compensation is on"
             out.refuse(word, f"{word.text} {why}", "write it in a separate block")
             return
+        out.taken |= set(TAKEN[code])
         if code == 680:
-            drop.update(self.places.turn(word, given, out, state))
+            self.places.turn(word, out)
         elif code == 682:
-            drop.update(self.places.tilt(word, given, out, state))
+            self.places.tilt(word, out)
         elif code == 510:
-            drop.update(self.places.scale(word, given, out, state))
+            self.places.scale(word, out)
         else:
-            self.places.mirror({k: (w, v * state.scale) for k, (w, v) in given.items()}, out)
-            drop.update("XYZ")
+            self.places.mirror({c: out.get(c) * out.state.scale for c in "XYZ" if c in out.given}, out)
 
     # ---- axis words without a motion code ----
 
-    def _no_motion(self, out: Line, codes: set[int], axes: set[str], state: State) -> None:
+    def _no_motion(self, out: Line) -> None:
         """Axis words before any motion code, or after G80: what the control was in before."""
-        taken = out.codes("G") & (CLAIMS | MOVES | set(CYCLE_WORDS)) or codes & {290, 510, 511, 680, 682}
-        if state.motion is not None or not axes or taken or 800 in codes:
+        taken = out.now() & CLAIMING or out.codes & {290, 800, *TAKEN}
+        if out.state.motion is not None or not out.axes or taken:
             return
-        word = next((w for w in out.words if w.letter in axes), None)
+        word = next((w for w, _ in out.pairs if w.letter in out.axes), None)
         if word is not None:
             self.say("start", word, "no motion code yet: a rapid, as the control starts", "I213")
             out.motion(out.before, self.group1)
@@ -454,14 +412,13 @@ class Translator:
             out.add("M", 8.0, word)
         elif code == 29:
             self.say("M29", word, "M29: rigid tapping, as G84 is read")
-        elif code > 30 and self.changes_by == code and any(w.letter == "T" for w, _ in self.block):
+        elif code > 30 and self.changes_by == code and "T" in out.given:
             what = f"{word.text} beside T, in a program without M6: taken as its tool change"
             self.say("M6 by", word, what, "I213")
             out.add("M", 6.0, word)
         else:
-            self.say(
-                f"M{value:g}", word, f"{word.text}: a code of the machine, assumed not to change the path"
-            )
+            what = f"{word.text}: a code of the machine, assumed not to change the path"
+            self.say(f"M{value:g}", word, what)
 
     # ---- registers ----
 
@@ -487,31 +444,30 @@ class Translator:
 
     def _two_tools(self, out: Line) -> None:
         """T1 T2 M6: the first is loaded, the second is made ready."""
-        tools = [k for k, word in enumerate(out.words) if word.letter == "T"]
-        if len(tools) != 2 or 60 not in out.codes("M"):
+        tools = out.only("T")
+        if len(tools) != 2 or 60 not in out.now("M"):
             return
-        next_one, like = out.values[tools[1]], out.words[tools[1]]
-        del out.words[tools[1]], out.values[tools[1]]
-        what = "two T words beside M6: the first tool is loaded, the second is made ready"
-        self.say("T T", like, what, "I213")
-        if next_one == int(next_one) >= 0:
-            out.after.append(lambda state: setattr(state, "selected", int(next_one)))
+        (_, (like, second)) = tools
+        out.pairs.remove((like, second))
+        self.say(
+            "T T", like, "two T words beside M6: the first tool is loaded, the second is made ready", "I213"
+        )
+        if second == int(second) >= 0:
+            out.become(out.after, selected=int(second))
 
-    def _tool_words(self, out: Line, codes: set[int], state: State) -> None:
+    def _tool_words(self, out: Line) -> None:
         """H and D are registers: they hold what belongs to the tool in the spindle."""
         self._two_tools(out)
+        state = out.state
         tool = state.tool
-        if 60 in out.codes("M"):
+        if 60 in out.now("M"):
             if "T" not in out.letters() and state.selected is None:
-                like = next(
-                    w for w, v in zip(out.words, out.values, strict=True) if w.letter == "M" and v == 6.0
-                )
-                self.say("M6", like, "M6 before any T: the tool in the spindle stays", "I213")
-                at = out.words.index(like)
-                del out.words[at], out.values[at]
+                change = next((w, v) for w, v in out.pairs if w.letter == "M" and v == 6.0)
+                self.say("M6", change[0], "M6 before any T: the tool in the spindle stays", "I213")
+                out.pairs.remove(change)
             tool = int(out.value("T") or state.selected or 0)
         has = out.letters()
-        codes = codes | out.codes("G")
+        codes = out.codes | out.now()
         if "H" in has:
             number, like = out.value("H"), out.word("H")
             out.drop("H")
@@ -523,21 +479,19 @@ class Translator:
                 self.say("H", like, what)
         if 440 in codes:
             out.replace(440, 430)
-        side = codes & {410, 420}
-        if not side:
+        if not codes & {410, 420}:
             out.drop("D")
             return
         own = int(out.value("D") or 0.0) if "D" in has else None
-        like = out.word("D") if own is not None else next(w for w in out.words if w.letter == "G")
+        like = out.word("D") if own is not None else next(w for w, _ in out.pairs if w.letter == "G")
         wear = self.settings.control.compensation == "wear"
         radius = self.own_radius(own or 0, state.table.get(tool))
+        out.drop("D")
         if radius is not None or own == 0 or wear:
             for old, new in ((410, 411), (420, 421)):
                 out.replace(old, new)
-            out.drop("D")
             out.add("D", 2.0 * (radius or 0.0) / state.scale, like)
-            return
-        if own is not None and own != tool and tool:
+        elif own is not None and own != tool and tool:
             what = f"{like.text}: a register of tool radii; the radius of the tool in the spindle is taken"
             self.say("D", like, what)
         elif self.settings.tools is not None and self.settings.control.compensation == "":
@@ -546,4 +500,8 @@ class Translator:
                 'tool centre and D holds its wear, say compensation = "wear"'
             )
             self.say("D", like, what, "I213")
-        out.drop("D")
+
+
+def _code(word: Word, value: float) -> tuple[Word, float]:
+    """Another G code in the place of one that is written."""
+    return word._replace(value=value), value

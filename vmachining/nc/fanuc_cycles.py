@@ -1,4 +1,4 @@
-"""Canned cycles of the Fanuc family brought into the words of the core: repetitions, words of the cycle before, G60."""
+"""Canned cycles of the Fanuc family brought into the words of the core: repetitions, words of the cycle before."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.codes import CYCLES
 from vmachining.nc.fanuc_haas import pecks
-from vmachining.nc.fanuc_line import Line
-from vmachining.nc.lexer import Word
+from vmachining.nc.fanuc_line import Line, Words
 from vmachining.nc.state import State
 
 if TYPE_CHECKING:
@@ -17,6 +16,7 @@ CYCLE_WORDS: Final = {
     810: "", 820: "P", 730: "Q", 830: "Q", 740: "P", 840: "P", 850: "", 860: "P", 890: "P", 760: "P", 870: "PQ", 880: "P",
 }  # fmt: skip
 
+INCH: Final = 25.4
 TAPS: Final = {84.2: 84.0, 84.3: 74.0, 77.0: 84.0, 78.0: 74.0, 284.0: 84.0, 274.0: 74.0}
 """Rigid tapping of Fanuc 15 format, of Brother, of Okuma."""
 
@@ -27,66 +27,64 @@ BORING: Final = {
 }
 
 
-def taps(block: list[tuple[Word, float]], state: State, variant: str) -> tuple[tuple[Word, ...], list[float]]:
-    """Rigid taps by other names as G84 and G74; of Brother's G77 and G78 I is threads to the inch, J the pitch."""
+def taps(block: Words, state: State, variant: str) -> tuple[Words, float]:
+    """Rigid taps by other names as G84 and G74, and the pitch of Brother's G77 and G78 in mm: J, or I threads to the inch."""
+    if not any(w.letter == "G" and v in TAPS for w, v in block):
+        return block, 0.0
     given = {w.letter: v for w, v in block if w.letter != "G"}
     brother = {"Z", "R"} <= set(given) and bool(given.get("I") or given.get("J"))
-    out, pitch, like = list[tuple[Word, float]](), 0.0, block[0][0]
+    out, pitch = Words(), 0.0
     for word, value in block:
-        if word.letter != "G" or value not in TAPS or (value > 100.0 and variant != "okuma"):
+        own = value in (77.0, 78.0)
+        if (
+            word.letter != "G"
+            or value not in TAPS
+            or (value > 100.0 and variant != "okuma")
+            or (own and not brother)
+        ):
             out.append((word, value))
-        elif value not in (77.0, 78.0):
-            out.append((word._replace(value=TAPS[value]), TAPS[value]))
-        elif brother:
-            out.append((word._replace(value=TAPS[value]), TAPS[value]))
-            pitch, like = given.get("J") or 25.4 / given["I"] / state.scale, word
-        else:
-            out.append((word, value))
-    if pitch:
-        feed = pitch * (given.get("S", state.speed) if state.feed_mode == 940 else 1.0)
-        out = [(w, v) for w, v in out if w.letter not in "IJF"] + [(like._replace(letter="F"), feed)]
-    return tuple(w for w, _ in out), [v for _, v in out]
+            continue
+        out.append((word._replace(value=TAPS[value]), TAPS[value]))
+        if own:
+            pitch = given["J"] * state.scale if given.get("J") else INCH / given["I"]
+    return [(w, v) for w, v in out if not pitch or w.letter not in "IJ"], pitch
 
 
-def holes(translator: Translator, line: Line, state: State, claimed: bool) -> None:
+def holes(translator: Translator, line: Line, claimed: bool) -> None:
     """K as L, words of the cycle before, Q0 and missing P; claimed : another code of the block takes the axis words."""
-    now = line.codes("G")
-    code = next(iter(now & set(CYCLE_WORDS)), None)
+    state, now = line.state, line.now()
+    code = next(iter(now & CYCLE_WORDS.keys()), None)
     active = code if code is not None else state.motion if state.motion in CYCLES else None
     if active is None or claimed:
         return
     has = line.letters()
     if translator.variant == "haas":
         pecks(translator, line, active)
-        has = line.letters()
     elif "K" in has and "L" not in has:
         _repeats(translator, line, active)
-        has = line.letters()
     elif {"I"} == has & set("IJQ") and now & {730, 830} and (line.value("I") or 0.0) > 0.0:
         like, peck = line.word("I"), line.value("I") or 0.0
         translator.say("cycle I", like, f"{like.text} in a peck cycle without Q: how deep it pecks", "I213")
         line.drop("I")
         line.add("Q", peck, like)
-        has = line.letters()
-    turning = [(w, v) for w, v in zip(line.words, line.values, strict=True) if w.letter in "ABC"]
+    has = line.letters()
+    turning = line.only("ABC")
     if turning and line.value("L") != 0.0:  # to its hole the control moves all axes together
         line.ahead.append([(turning[0][0]._replace(letter="G", value=0.0), 0.0), *turning])
         if state.absolute and 910 not in now:
-            line.ahead[-1].extend(
-                (w, v) for w, v in zip(line.words, line.values, strict=True) if w.letter in "XY"
-            )
+            line.ahead[-1].extend(line.only("XY"))
         line.drop("ABC")
     held = translator.cycle
     for letter in "ZRQP":
         value = line.value(letter)
         if value is not None:
             held[letter] = value
-    if not line.words:
+    if not line.pairs:
         return
-    like = line.words[-1]
+    like = line.pairs[-1][0]
     if code is not None:
-        _complete(translator, line, state, code, has)
-    allowed = CYCLE_WORDS[next(iter(line.codes("G") & set(CYCLE_WORDS)), active)]
+        _complete(translator, line, code, has)
+    allowed = CYCLE_WORDS[next(iter(line.now() & CYCLE_WORDS.keys()), active)]
     for letter in "PQIJ":
         if letter not in allowed and (letter in "PQ" or not line.value(letter)):
             line.drop(letter)
@@ -111,9 +109,9 @@ def _repeats(translator: Translator, line: Line, active: int) -> None:
         line.add("L", value, word)
 
 
-def _complete(translator: Translator, line: Line, state: State, code: int, has: set[str]) -> None:
+def _complete(translator: Translator, line: Line, code: int, has: set[str]) -> None:
     """What a cycle that is called anew takes from the one before, or does without."""
-    held, like = translator.cycle, line.words[-1]
+    held, like, state = translator.cycle, line.pairs[-1][0], line.state
     for letter in "ZR":
         if letter not in has and letter in held:
             line.add(letter, held[letter], like)
@@ -132,21 +130,20 @@ def _complete(translator: Translator, line: Line, state: State, code: int, has: 
         line.add("P", held.get("P", 0.0), like._replace(text="P0"))
 
 
-def dwell(translator: Translator, line: Line, codes: set[int]) -> None:
+def dwell(translator: Translator, line: Line) -> None:
     """P counts milliseconds, with a decimal point seconds; G4 X, G4 U and on Okuma G4 F are seconds, as P is there."""
     okuma = translator.variant == "okuma"
-    if 40 in codes:
+    if 40 in line.codes:
         for letter in "XUF" if okuma else "XU":
             value = line.value(letter)
             if value is not None and line.value("P") is None:
                 like = line.word(letter)
                 line.drop(letter)
-                line.add(
-                    "P", value if "." in like.text or okuma or "#" in like.text else value / 1000.0, like
-                )
+                seconds = "." in like.text or okuma or "#" in like.text
+                line.add("P", value if seconds else value / 1000.0, like)
                 return
-    elif not line.codes("G") & set(CYCLE_WORDS):
+    elif not line.now() & CYCLE_WORDS.keys():
         return
-    for k, word in enumerate(line.words):
+    for k, (word, value) in enumerate(line.pairs):
         if word.letter == "P" and "." not in word.text and not okuma:
-            line.values[k] = line.values[k] / 1000.0
+            line.pairs[k] = word, value / 1000.0

@@ -10,14 +10,12 @@ G110 to G129                        work offsets G154 P1 to P20
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.codes import CYCLES
-from vmachining.nc.fanuc_line import Line
-from vmachining.nc.fanuc_places import Given, extended
+from vmachining.nc.fanuc_line import Line, Words
 from vmachining.nc.lexer import Word
-from vmachining.nc.state import State
 
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
@@ -27,20 +25,20 @@ MOST: Final = 10_000
 """Holes of a pattern, circles of a pocket: beyond it is a typing error."""
 
 
-def code(translator: Translator, word: Word, number: int, line: Line, given: Given, drop: set[str]) -> bool:
+def code(translator: Translator, word: Word, number: int, line: Line) -> bool:
     """A G code that these controls have for themselves; False for another. Patterns and pockets are left to `expand`."""
     places = translator.places
     if 1100 <= number <= 1290 and number % 10 == 0:
-        line.before.append(lambda state: extended(state, number // 10 - 109))
+        line.choose(line.before, 100000 + number // 10 - 109)
     elif number == 1010:
-        zero = {letter: (w, 0.0) for letter, (w, _) in given.items() if letter in "XYZ"}
-        drop.update(places.mirror(zero, line))
+        places.mirror(dict.fromkeys(line.given.keys() & set("XYZ"), 0.0), line)
+        line.taken |= set("XYZ")
     elif number == 1000:
-        if not places.end("mirror", line, given):
+        if not places.end("mirror", line):
             translator.say("G100", word, f"{word.text}: nothing is mirrored")
-        drop.update("XYZ")
-    elif (number in PATTERNS and "L" in given) or number in (120, 130):
-        translator.repeated = word, number, {letter: value for letter, (_, value) in given.items()}
+        line.taken |= set("XYZ")
+    elif (number in PATTERNS and "L" in line.given) or number in (120, 130):
+        translator.repeated = word, number
     else:
         return False
     return True
@@ -49,84 +47,71 @@ def code(translator: Translator, word: Word, number: int, line: Line, given: Giv
 def pecks(translator: Translator, line: Line, active: int) -> None:
     """I J K of a peck cycle are not repetitions: they go to the core as a peck that shrinks."""
     if active not in (730, 830):
-        for letter in "IJK":
-            if letter in line.letters():
-                like = line.word(letter)
-                translator.say(
-                    f"cycle {letter}",
-                    like,
-                    f"{like.text}: how this cycle retracts or shifts, which is ignored",
-                )
+        for like, _ in line.only("IJK"):
+            what = f"{like.text}: how this cycle retracts or shifts, which is ignored"
+            translator.say(f"cycle {like.letter}", like, what)
         line.drop("IJK")
         return
     first, less, least = (line.value(letter) for letter in "IJK")
     line.drop("JK")
     if first:
-        like = line.word("I")
+        like, scale = line.word("I"), line.state.scale
         line.drop("IQ")
         line.add("Q", first, like)
-        line.before.append(
-            lambda state: setattr(
-                state, "shrink", ((less or 0.0) * state.scale, (least or 0.0) * state.scale)
-            )
-        )
-    elif {730, 830} & line.codes("G"):
-        line.before.append(lambda state: setattr(state, "shrink", None))
+        line.become(line.before, shrink=((less or 0.0) * scale, (least or 0.0) * scale))
+    elif {730, 830} & line.now():
+        line.become(line.before, shrink=None)
 
 
-def expand(translator: Translator, line: Line, state: State) -> None:
+class _Way:
+    """Blocks that lead to one place after another, in the coordinates or steps of a line."""
+
+    def __init__(self, word: Word, line: Line) -> None:
+        self.word, self.line = word, line
+        codes, state = line.now(), line.state
+        self.absolute = 900 in codes or (state.absolute and 910 not in codes)
+        self.at = x, y = state.program[0] / state.scale, state.program[1] / state.scale
+        back = (0.0, 0.0) if self.absolute else (x, y)
+        u, v = line.value("X"), line.value("Y")
+        self.start = x if u is None else u + back[0], y if v is None else v + back[1]
+
+    def to(self, x: float, y: float) -> Words:
+        """The words that lead to a place."""
+        u, v = (x, y) if self.absolute else (x - self.at[0], y - self.at[1])
+        self.at = x, y
+        return [(self.word._replace(letter="X"), u), (self.word._replace(letter="Y"), v)]
+
+
+def expand(translator: Translator, line: Line) -> None:
     """A pattern of holes or a pocket becomes blocks before its own, which keeps what is not a place."""
     assert translator.repeated is not None
-    word, number, given = translator.repeated
+    word, number = translator.repeated
     translator.repeated = None
-    codes = line.codes("G")
-    absolute = 900 in codes or (state.absolute and 910 not in codes)
-    here = [v / state.scale for v in state.program]
-    start = [
-        here[k] if (v := line.value(c)) is None else v + (0.0 if absolute else here[k])
-        for k, c in enumerate("XY")
-    ]
-    at = list(here[:2])
-
-    def to(x: float, y: float) -> list[tuple[Word, float]]:
-        """The words that lead to a place."""
-        out = [
-            (word._replace(letter="X"), x if absolute else x - at[0]),
-            (word._replace(letter="Y"), y if absolute else y - at[1]),
-        ]
-        at[:] = x, y
-        return out
-
-    if number in PATTERNS:
-        cycle = next(iter(codes & CYCLES), state.motion)
-        if cycle not in CYCLES:
-            line.refuse(
-                word,
-                f"{word.text} repeats a canned cycle, but none is active",
-                "program the cycle before it, with L0",
-            )
-            return
-        places, count = list(_holes(number, given, start)), given.get("L", 0.0)
-        line.drop("XY")
-        if not 0 < len(places) <= MOST or count != int(count):
-            line.refuse(word, f"{word.text} needs L, the number of holes")
-            return
-        needs = {700: "I", 710: "IK", 720: "I"}[number]
-        if state.plane.name != "xy" or not all(given.get(letter) for letter in needs):
-            line.refuse(word, f"{word.text} needs {' and '.join(needs)}, in G17")
-            return
-        for x, y in places[:-1]:
-            line.ahead.append([*zip(line.words, line.values, strict=True), *to(x, y)])
-            line.drop("MST")
-        for like, value in to(*places[-1]):
-            line.keep(like, value)
+    way = _Way(word, line)
+    if number not in PATTERNS:
+        _pocket(translator, way, ccw=number == 130)
         return
-    _pocket(translator, word, number == 130, line, given, state, start, to)
+    if next(iter(line.now() & CYCLES), line.state.motion) not in CYCLES:
+        what = f"{word.text} repeats a canned cycle, but none is active"
+        line.refuse(word, what, "program the cycle before it, with L0")
+        return
+    places, count = list(_holes(number, line, way.start)), line.get("L")
+    line.drop("XY")
+    needs = {700: "I", 710: "IK", 720: "I"}[number]
+    if not 0 < len(places) <= MOST or count != int(count):
+        line.refuse(word, f"{word.text} needs L, the number of holes")
+    elif line.state.plane.name != "xy" or not all(map(line.get, needs)):
+        line.refuse(word, f"{word.text} needs {' and '.join(needs)}, in G17")
+    else:
+        for x, y in places[:-1]:
+            line.ahead.append([*line.pairs, *way.to(x, y)])
+            line.drop("MST")
+        line.pairs += way.to(*places[-1])
 
 
-def _holes(number: int, given: Mapping[str, float], start: list[float]) -> Iterator[tuple[float, float]]:
+def _holes(number: int, line: Line, start: tuple[float, float]) -> Iterator[tuple[float, float]]:
     """Their places, in program units."""
-    size, angle, step, count = (given.get(letter, 0.0) for letter in "IJKL")
+    size, angle, step, count = map(line.get, "IJKL")
     for k in range(int(count) if 0.0 < count <= MOST else 0):
         if number == 720:
             turn, reach = angle, size * k
@@ -135,77 +120,56 @@ def _holes(number: int, given: Mapping[str, float], start: list[float]) -> Itera
         yield start[0] + reach * math.cos(math.radians(turn)), start[1] + reach * math.sin(math.radians(turn))
 
 
-def _pocket(
-    translator: Translator,
-    word: Word,
-    ccw: bool,
-    line: Line,
-    given: Mapping[str, float],
-    state: State,
-    start: list[float],
-    to: object,
-) -> None:
+def _pocket(translator: Translator, way: _Way, *, ccw: bool) -> None:
     """Down, out by a half circle to +X, full circles joined by half circles, and back to the middle by a half circle."""
-    assert callable(to)
-    entry, register = state.table.get(state.tool), given.get("D")
-    radius = 0.0
+    word, line, (x, y) = way.word, way.line, way.start
+    state, register, last, step = line.state, line.get("D"), line.get("K"), line.get("Q")
+    entry, first, loops = state.table.get(state.tool), line.get("I"), line.get("L", 1.0)
     wear = translator.settings.control.compensation == "wear"
-    own = translator.own_radius(int(register), entry) if register else None
-    if register is None or (register and entry is None and not wear and own is None):
-        line.refuse(
-            word,
-            f"{word.text}: the tool radius is not known",
-            "give D and a tool table; D0: I and K are those of the tool centre",
-        )
+    own = translator.own_radius(int(register), entry) if register else 0.0
+    if "D" not in line.given or (entry is None and own is None and not wear):
+        what = f"{word.text}: the tool radius is not known"
+        line.refuse(word, what, "give D and a tool table; D0: I and K are those of the tool centre")
         return
-    if register:
-        own = 0.0 if own is None and wear else own
-        radius = (
-            own / state.scale
-            if own is not None
-            else (entry.diameter_mm if entry is not None else 0.0) / 2.0 / state.scale
-        )
-    first, last, step = given.get("I"), given.get("K"), given.get("Q")
-    loops = given.get("L", 1.0)
-    if first is None or state.plane.name != "xy":
-        line.refuse(word, f"{word.text} needs I, a radius, in G17")
-        return
-    if (last is None) != (not step) or (step or 0.0) < 0.0 or (last is not None and last < first):
-        line.refuse(
-            word, f"{word.text} needs K, the last radius, and Q, the step from I to K, or none of them"
-        )
-        return
-    if loops < 1.0 or loops != int(loops):
-        line.refuse(word, f"{word.text} L{loops:g}: how often it runs is a whole number")
+    if own is None:
+        own = 0.0 if wear or entry is None else entry.diameter_mm / 2.0
+    radius, what = own / state.scale, ""
+    if "I" not in line.given or state.plane.name != "xy":
+        what = f"{word.text} needs I, a radius, in G17"
+    elif ("K" in line.given) != bool(step) or step < 0.0 or (step and last < first):
+        what = f"{word.text} needs K, the last radius, and Q, the step from I to K, or none of them"
+    elif loops < 1.0 or loops != int(loops):
+        what = f"{word.text} L{loops:g}: how often it runs is a whole number"
+    if what:
+        line.refuse(word, what)
         return
     sizes, size = list[float](), first
-    while last is not None and step and step > 0.0 and size < last - 1e-9 and len(sizes) < MOST:
+    while step and size < last - 1e-9 and len(sizes) < MOST:
         sizes.append(size - radius)
         size += step
-    sizes.append((first if last is None else last) - radius)
+    sizes.append((last if step else first) - radius)
     if not 0.0 < sizes[0] <= sizes[-1] or len(sizes) >= MOST:
         line.refuse(word, f"{word.text}: radii of {first:g} to {last or first:g} leave no room for the tool")
         return
     what = f"{word.text}: where the control leaves the middle is its own; here by a half circle towards +X"
     translator.say("pocket", word, what, "I213")
-    arc = 3.0 if ccw else 2.0
-    depth = [(w, v) for w, v in zip(line.words, line.values, strict=True) if w.letter in "ZF"]
-    absolute = state.absolute and 910 not in line.codes("G")
-    keep = [
-        (w, v) for w, v in zip(line.words, line.values, strict=True) if w.letter == "G" or w.letter in "MS"
-    ]
-    x, y = start
+    depth, keep, placed = line.only("ZF"), line.only("GMS"), line.letters() & set("XY")
     g = word._replace(letter="G")
-    if keep or line.letters() & set("XY"):
-        line.ahead.append([*keep, *([(g, 0.0), *to(x, y)] if line.letters() & set("XY") else [])])
+
+    def bend(to: float, centre: float) -> None:
+        """An arc to x + `to`, with its centre so far from where it begins."""
+        arc = (g, 3.0 if ccw else 2.0), *way.to(x + to, y), (word._replace(letter="I"), centre)
+        line.ahead.append(list(arc))
+
+    if keep or placed:
+        line.ahead.append([*keep, *([(g, 0.0), *way.to(x, y)] if placed else [])])
     for k in range(min(int(loops), MOST)):
-        if depth and not (k and absolute):
+        if depth and not (k and state.absolute and 910 not in line.now()):
             line.ahead.append([(g, 1.0), *depth])
         side, reach = 1.0, 0.0
         for size in sizes:
-            swing = (reach + size) / 2.0  # from the other side, or the middle, to this one
-            line.ahead.append([(g, arc), *to(x + side * size, y), (word._replace(letter="I"), side * swing)])
-            line.ahead.append([(g, arc), *to(x + side * size, y), (word._replace(letter="I"), -side * size)])
+            bend(side * size, side * (reach + size) / 2.0)  # from the other side, or the middle, to this one
+            bend(side * size, -side * size)
             side, reach = -side, size
-        line.ahead.append([(g, arc), *to(x, y), (word._replace(letter="I"), side * reach / 2.0)])
+        bend(0.0, side * reach / 2.0)
     line.drop("GXYZFMSP")

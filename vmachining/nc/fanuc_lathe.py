@@ -18,8 +18,8 @@ from typing import Final
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.block import Problem
 from vmachining.nc.codes import spell
-from vmachining.nc.fanuc_lathe_cycles import HOLES, MANY, PASSES, Cycles, Find, Words
-from vmachining.nc.fanuc_line import Line
+from vmachining.nc.fanuc_lathe_cycles import HOLES, MANY, PASSES, Cycles, Find, Turned
+from vmachining.nc.fanuc_line import Line, Words
 from vmachining.nc.fanuc_turning import has_system_b
 from vmachining.nc.lexer import Word, lex_line
 from vmachining.nc.settings import Settings
@@ -72,342 +72,281 @@ class Lathe(Cycles):
 
     # ---- one block ----
 
-    def translate(self, words: tuple[Word, ...], values: list[float], state: State) -> Line:
+    def translate(self, block: Words, state: State) -> Line:
         """The block for the core."""
         self.runs = None
         if self.leaves_out(self.at):
-            return Line()
+            return Line([], state)
         if self.least:
-            values = [
-                v if w.letter == "Q" else self._counted(w, v, state)
-                for w, v in zip(words, values, strict=True)
-            ]
+            block = [(w, v if w.letter == "Q" else self._counted(w, v, state)) for w, v in block]
         least, self.least = self.least, 0.0
         try:
-            return self._block(list(zip(words, values, strict=True)), state)
+            return self._block(Turned(self._spelt(block), state))
         finally:
             self.least = least
 
-    def _block(self, given: Words, state: State) -> Line:
+    def _spelt(self, given: Words) -> Words:
+        """Words of one meaning by one name: ,A is A; on Okuma G4 F is G4 X, and L of G75 and G76 a chamfer or a rounding."""
         given = [(w._replace(letter="A") if w.letter == ",A" else w, v) for w, v in given]
         given = [(w, _plain_hole(v)) if w.letter == "G" else (w, v) for w, v in given]
         codes = {round(v * 10.0) for w, v in given if w.letter == "G"}
-        has = {w.letter: (w, v) for w, v in given if w.letter not in "GMN"}
-        if not has and not codes:
-            return super().translate(tuple(w for w, _ in given), [v for _, v in given], state)
-        if (
-            self.variant == "okuma" and "L" in has and codes & {750, 760}
-        ):  # a chamfer or a rounding of any motion
+        has = {w.letter for w, _ in given}
+        if self.variant == "okuma" and "L" in has and codes & {750, 760}:  # of any motion
             mark = ",R" if 760 in codes else ",C"
-            has[mark] = (has["L"][0]._replace(letter=mark), has.pop("L")[1])
-            given = [(w, v) for w, v in given if not (w.letter == "G" and v in (75.0, 76.0))]
-            codes -= {750, 760}
-        if 40 in codes and "F" in has and not {"P", "X", "U"} & set(has):  # Okuma
+            given = [
+                (w._replace(letter=mark) if w.letter == "L" else w, v)
+                for w, v in given
+                if not (w.letter == "G" and v in (75.0, 76.0))
+            ]
+        if 40 in codes and "F" in has and not {"P", "X", "U"} & has:
             given = [
                 (w._replace(letter="X", text=w.text + "."), v) if w.letter == "F" else (w, v)
                 for w, v in given
             ]
-        alone = (
-            "A" in has and not set(has) & set("XZUWYI") and not codes - {10} and (codes or self.modal == 10)
-        )
-        if alone and (meets := self._crossing(has["A"][1], state)) is not None:
+        return given
+
+    def _block(self, b: Turned) -> Line:
+        given, has, codes, state = b.written, b.given, b.codes, b.state
+        if not has and not codes:
+            return super().translate(given, state)
+        alone = "A" in has and not b.has("XZUWYI") and not codes - {10} and (codes or self.modal == 10)
+        if alone and (meets := self._crossing(b.get("A"), state)) is not None:
             like = has.pop("A")[0]
-            for letter, value in zip("XZ", meets, strict=True):
-                has[letter] = like._replace(letter=letter), value
-            given = [*((w, v) for w, v in given if w.letter != "A"), has["X"], has["Z"]]
-        if (refused := self._unread(given, codes, has, state)) is not None:
-            out = Line()
-            out.problems = [refused]
-            return out
-        kind = has["L"][1] if "L" in has else None
+            ends = [(like._replace(letter=letter), v) for letter, v in zip("XZ", meets, strict=True)]
+            has |= {w.letter: (w, v) for w, v in ends}
+            given = b.written = [*((w, v) for w, v in given if w.letter != "A"), *ends]
+        if (refused := self._unread(b)) is not None:
+            b.problems = [refused]
+            return b
+        kind = b.get("L") if "L" in has else None
         if 100 in codes and "P" in has and kind in (None, 2.0, 20.0):
-            if kind is not None or has["P"][1] == 0.0:
+            if kind is not None or b.get("P") == 0.0:
                 what = (
                     "a shift of the work zero is left out: what is cut after it lies where it would without"
                 )
                 self.note(Problem("W368", given[0][0], what, "write the program from one zero"))
             else:
                 self.say("G10", given[0][0], "G10 P: tool offsets are those of the job")
-            return Line()
+            return Line([], state)
         if 40 in codes:
-            return super().translate(tuple(w for w, _ in given), [v for _, v in given], state)
-        scale = 25.4 if 200 in codes else 1.0 if 210 in codes else state.scale
-        here = state.program[0] / scale, state.program[2] / scale
+            return super().translate(given, state)
         if "H" in has and "C" not in has and not codes & MANY.keys():  # a step of C
-            c = state.rotary.get("c", 0.0) - state.rotary_shift("c") + has["H"][1]
+            c = state.rotary.get("c", 0.0) - state.rotary_shift("c") + b.get("H")
             has["C"] = has["H"][0]._replace(letter="C"), c
-        before = list[Callable[[State], None]]()
-        after = list[Callable[[State], None]]()
-        ahead = list[Words]()
-        self._surface(codes, has)
+        self._surface(b)
         for place, step in (("X", "U"), ("Z", "W")):
             if place in has and step in has and not codes & MANY.keys():
-                out = Line()
                 what = f"{place} and {step} name one axis, by its place and by a step"
-                out.refuse(has[step][0], what, "keep one of the words")
-                return out
-        kept = self._modes(given, codes, has, before)
-        x, z = self._goal(has, here)
-        single = next(
-            (
-                PASSES.get(c, c)
-                for c in codes
-                if c in PASSES or (c in (900, 940, 920) and self._is_pass(c, codes, has))
-            ),
-            0,
+                b.refuse(has[step][0], what, "keep one of the words")
+                return b
+        kept = self._modes(b)
+        self._goal(b)
+        passes = (
+            PASSES.get(c, c) for c in codes if c in PASSES or (c in (900, 940, 920) and self._is_pass(c, b))
         )
-        like = given[0][0] if given else Word("G", 0.0, 1, 0, "")
+        single = next(passes, 0)
         group1 = next((MOVES[c] for c in codes if c in MOVES), None)
         if group1 is not None or codes & ({700, 800} | HOLES.keys() | MANY.keys()):
             self.once, self.hole = None, self.hole if codes & HOLES.keys() else {}
             self.modal = self.modal if group1 is None else group1
-        if codes & {170, 180, 190} and group1 is None and {"A", "B", "P"} & set(has) and not self.polar_face:
-            out = Line()  # lines by angles, of other controls
-            out.refuse(next(w for w, v in given if w.letter == "G"), "a plane with words of a contour")
-            return out
+        if codes & {170, 180, 190} and group1 is None and b.has("ABP") and not self.polar_face:
+            # lines by angles, of other controls
+            b.refuse(next(w for w, v in given if w.letter == "G"), "a plane with words of a contour")
+            return b
         many = next((c for c in codes if c in MANY and not (c in (850, 860) and "P" not in has)), 0)
-        if codes & {700, 710} and not set(has) & set("PQUWDR"):
+        if codes & {700, 710} and not b.has("PQUWDR"):
             many, codes = 0, codes - {700, 710}  # units
-        home = codes & {280, 300, 530}
+            b.codes = codes
+        home = bool(codes & {280, 300, 530})
         if 530 in codes and not codes & {280, 300} and (self.modal if group1 is None else group1):
             what = (
                 "G53 with a cut: no lathe cuts to its own places; it goes where the words say, as without G53"
             )
-            self.say("G53 cut", next(w for w, v in given if w.letter == "G" and v == 53.0), what, "W366")
-            home = set()
-        if single or (
-            self.once is not None and {"X", "Z", "U", "W"} & set(has) and not codes & {500, 920} and not home
-        ):
-            ahead += self._single(single, has, here, x, z, like, before, after, scale, state)
+            self.say("G53 cut", b.of(530), what, "W366")
+            home = False
+        moves = b.has("XZUW") and not home
+        hole = bool(codes & HOLES.keys())
+        if single or (self.once is not None and moves and not codes & {500, 920}):
+            self._single(single, b)
         elif (many or 700 in codes or (870 in codes and "P" in has and "X" not in has)) and not (
-            codes & HOLES.keys() and "Z" in has
+            hole and "Z" in has
         ):
             kept = [(w, v) for w, v in kept if w.letter != "F" or many != 760]  # F of a thread is its lead
-            out = super().translate(tuple(w for w, _ in kept), [v for _, v in kept], state)
-            self._many(many, codes, has, like, out)
-            out.before[:0] = before
+            out = super().translate(kept, state)
+            self._many(many, b, out)
+            out.before[:0] = b.before
             return out
-        elif (codes & HOLES.keys() or self.hole) and not home and {"X", "Z", "C", "U", "W", "H"} & set(has):
-            ahead += self._hole(codes, has, here, x, z, like)
-        elif self.modal == 320 and {"X", "Z", "U", "W"} & set(has) and not home:
+        elif (hole or self.hole) and not home and b.has("XZCUWH"):
+            self._hole(b)
+        elif self.modal == 320 and moves:
             lead = has.get("F") or has.get("K") or has.get("I") or has.get("E")
-            self._threading(lead[1] if lead else None, scale, before, after, state, modal="F" in has)
-            ahead.append(self._straight(10, x, z, like))
+            self._threading(lead[1] if lead else None, b)
+            b.straight(10, b.x, b.z)
         else:
-            kept += self._motion(given, codes, has, x, z, group1, here, bool(home))
-        if self.constant and self.surface and ({"X", "U"} & set(has) or 960 in codes):
-            rpm = self._rpm(abs(here[0] + (x if x is not None else here[0])) / 2.0, scale, like)
-            before.append(lambda s: setattr(s, "speed", rpm))
-        out = super().translate(tuple(w for w, _ in kept), [v for _, v in kept], state)
-        out.before[:0] = before
-        out.ahead += ahead
-        out.after += after
+            kept += self._motion(b, home)
+        if self.constant and self.surface and (b.has("XU") or 960 in codes):
+            x = b.here[0]
+            b.become(b.before, speed=self._rpm(abs(x + (b.x if b.x is not None else x)) / 2.0, b))
+        out = super().translate(kept, state)
+        out.before[:0] = b.before
+        out.ahead += b.ahead
+        out.after += b.after
         return out
 
-    def _unread(
-        self, given: Words, codes: set[int], has: dict[str, tuple[Word, float]], state: State
-    ) -> Problem | None:
+    def _unread(self, b: Turned) -> Problem | None:
         """What would be read as something else: codes of Okuma, steps of G50, angles and lengths of C and Y."""
+        codes, has, okuma = b.codes, b.given, self.variant == "okuma"
         many = codes & (MANY.keys() | {700, 870, 1160})
-        words = {k: has[k][0] for k in has}
-        first = next((w for w, _ in given if w.letter == "G"), given[0][0])
-        if self.variant == "okuma":
-            moves = set(has) & set("XZUW")
-            lap = codes & {850, 860, 870} and "P" in has
+        first = next((w for w, _ in b.written if w.letter == "G"), b.written[0][0])
+        words = {k: word for k, (word, _) in has.items()}
+
+        def refused(what: str, word: Word = first, hint: str = "", *, plain: bool = False) -> Problem:
+            return Problem("E208", word, what if plain else f"{what} is not supported", hint)
+
+        lap = codes & {850, 860, 870} and "P" in has
+        if okuma:
             code = next((c for c in codes if c in OKUMA or (c in HOLES and not lap)), None)
             if code is not None and not (code in (750, 760) and "L" in has):
-                what = OKUMA.get(code, "a cycle")
-                return Problem("E208", first, f"{spell('G', code)} of Okuma ({what}) is not supported")
-            if 500 in codes and moves:
-                return Problem(
-                    "E208", first, "G50 of Okuma with axis words (a shift of the zero) is not supported"
-                )
-            if not many and set(has) & set("UW"):
+                return refused(f"{spell('G', code)} of Okuma ({OKUMA.get(code, 'a cycle')})")
+            if 500 in codes and b.has("XZUW"):
+                return refused("G50 of Okuma with axis words (a shift of the zero)")
+            if not many and b.has("UW"):
                 what = f"{words.get('U', words.get('W', first)).text}: U and W of Okuma are axes, which are not supported"
-                return Problem("E208", first, what)
-        hole = next((c for c in codes if c in HOLES and not (c in (850, 860, 870) and "P" in has)), None)
-        if (
-            hole is not None
-            and set(has) & set("XZUWCH")
-            and not set(has) & set("XU" if HOLES[hole] == "X" else "ZW")
-        ):
-            return Problem("E208", first, f"{first.text} without the depth of its hole, {HOLES[hole]}")
-        shifts = 500 in codes or (920 in codes and self.system_b)
-        if shifts and set(has) & set("UW"):
-            return Problem(
-                "E208", first, f"{first.text} with U or W (a shift of the zero by a step) is not supported"
-            )
-        if codes & {131, 1130} and abs(state.program[1]) > 1e-6:
+                return refused(what, plain=True)
+        hole = next((HOLES[c] for c in codes if c in HOLES and not (c in (850, 860, 870) and "P" in has)), "")
+        if hole and b.has("XZUWCH") and not b.has("XU" if hole == "X" else "ZW"):
+            return refused(f"{first.text} without the depth of its hole, {hole}", plain=True)
+        if (500 in codes or (920 in codes and self.system_b)) and b.has("UW"):
+            return refused(f"{first.text} with U or W (a shift of the zero by a step)")
+        if codes & {131, 1130} and abs(b.state.program[1]) > 1e-6:
             what = f"{first.text} where C is not zero: the place of X and C after it is not read"
-            return Problem("E208", first, what, "end polar interpolation at C0")
+            return refused(what, hint="end polar interpolation at C0", plain=True)
         steps = 910 in codes or (self.steps and 900 not in codes)
-        if "V" in has or (steps and set(has) & set("CY")) or ("H" in has and self.polar_face):
+        if "V" in has or (steps and b.has("CY")) or ("H" in has and self.polar_face):
             word = next(words[k] for k in "VCYH" if k in words)
-            return Problem(
-                "E208",
-                word,
-                f"{word.text}: a step of Y, or of C where it is a length or under G91, is not supported",
-            )
+            return refused(f"{word.text}: a step of Y, or of C where it is a length or under G91,", word)
         if "H" in has and not many and "C" not in self.settings.rotary:
-            return Problem(
-                "E208", words["H"], f"{words['H'].text}: H is a step of C, which this lathe does not have"
-            )
-        straight = not codes & (
-            MANY.keys() | HOLES.keys() | PASSES.keys() | {40, 280, 300, 530, 170, 180, 190}
-        )
-        if "A" in has and straight and self.once is None and not self.hole:
-            x, z = bool(set(has) & set("XU")), bool(set(has) & set("ZW"))
-            across = abs(math.cos(math.radians(has["A"][1]))) < 1e-9
-            along = abs(math.sin(math.radians(has["A"][1]))) < 1e-9
+            what = f"{words['H'].text}: H is a step of C, which this lathe does not have"
+            return refused(what, words["H"], plain=True)
+        curved = codes & (MANY.keys() | HOLES.keys() | PASSES.keys() | {40, 280, 300, 530, 170, 180, 190})
+        if "A" in has and not curved and self.once is None and not self.hole:
+            x, z, angle = b.has("XU"), b.has("ZW"), math.radians(b.get("A"))
+            across, along = abs(math.cos(angle)) < 1e-9, abs(math.sin(angle)) < 1e-9
             if not (x or z) or (not z and along) or (not x and across):
                 what = f"{words['A'].text}: the end of a line by its angle is not determined in its block"
-                return Problem("E208", words["A"], what, "write X and Z")
+                return refused(what, words["A"], "write X and Z", plain=True)
         return None
 
-    def _is_pass(self, code: int, codes: set[int], has: dict[str, tuple[Word, float]]) -> bool:
+    def _is_pass(self, code: int, b: Turned) -> bool:
         """Whether G90, G94 or G92 is a pass of system A, not a mode of system B."""
-        if self.system_b or codes & MOVES.keys() or not {"X", "U", "Z", "W"} & set(has):
+        if self.system_b or b.codes & MOVES.keys() or not b.has("XUZW"):
             return False
-        return not (code == 920 and "S" in has)
+        return not (code == 920 and "S" in b.given)
 
-    def _modes(
-        self,
-        given: Words,
-        codes: set[int],
-        has: dict[str, tuple[Word, float]],
-        before: list[Callable[[State], None]],
-    ) -> Words:
+    def _modes(self, b: Turned) -> Words:
         """Words for the core without those of the lathe."""
-        kept: Words = []
-        for word, value in given:
-            code = round(value * 10.0)
-            if word.letter == "G":
-                if code in (940, 950, 980, 990):
-                    system = {980: 94.0, 990: 95.0}
-                    if code < 960 and not self._is_pass(code, codes, has):
-                        kept.append((word, value))
-                    elif code in system and not self.system_b:
-                        kept.append((word._replace(value=system[code]), system[code]))
-                elif code in (900, 910):
-                    if not self._is_pass(code, codes, has):
-                        self.steps = code == 910
-                elif code == 920 and self._is_pass(code, codes, has):
-                    continue
-                elif code in (410, 420):
-                    self.say(
-                        "nose",
-                        word,
-                        f"{word.text}: the radius of the nose is not known; the path is that of the programmed point",
-                        "W351",
-                    )
-                elif code in (121, 1120):
-                    self.polar_face = True
-                elif code in (131, 1130):
-                    self.polar_face = False
-                elif code in (500, 920) and (self.system_b or code == 500):
-                    if "S" in has:
-                        self.limit = has["S"][1]
-                    if {"X", "Z"} & set(has):
-                        kept.append((word._replace(value=92.0), 92.0))
-                elif (code not in OWN and (code != 820 or self.variant != "okuma")) or (
-                    code in (700, 710) and not set(has) & set("PQUWDR")
-                ):
-                    kept.append((word, value))
-            elif word.letter == "T":
+        codes, kept = b.codes, Words()
+        for word, value in b.written:
+            letter = word.letter
+            if letter == "G":
+                kept += self._mode(word, round(value * 10.0), b)
+            elif letter == "T":
                 number = int(value) // 100 if value >= 100.0 else int(value)
                 if self.variant == "okuma":  # T010203: nose, tool, register
                     number %= 100
                 if number:
-                    before.append(lambda s, n=number: setattr(s, "tool", n))  # type: ignore[misc]
-            elif word.letter == "M":
-                if value != 6.0:
-                    kept.append((word, value))
+                    b.become(b.before, tool=number)
             elif (
-                word.letter in "FN"
-                or (word.letter == "P" and codes & {541, 1540})
-                or (word.letter == "S" and not codes & {500, 920} and not self.constant)
+                (letter == "M" and value != 6.0)
+                or letter in "FN"
+                or (letter == "P" and codes & {541, 1540})
+                or (letter == "S" and not codes & {500, 920} and not self.constant)
             ):
                 kept.append((word, value))
         return kept
 
-    def _surface(self, codes: set[int], has: dict[str, tuple[Word, float]]) -> None:
-        """G96, G97 and the S that belongs to them."""
-        if codes & {960, 970}:
-            self.constant = 960 in codes
-        if "S" in has and self.constant and not codes & {500, 920}:
-            self.surface = has["S"][1]
+    def _mode(self, word: Word, code: int, b: Turned) -> Words:
+        """A G code for the core, if it is one."""
+        system = {980: 94.0, 990: 95.0}
+        own = code in OWN or (code == 820 and self.variant == "okuma")
+        if code in (940, 950):
+            return [] if self._is_pass(code, b) else [(word, code / 10.0)]
+        if code in system:
+            return [] if self.system_b else [(word._replace(value=system[code]), system[code])]
+        if code in (900, 910):
+            if not self._is_pass(code, b):
+                self.steps = code == 910
+        elif code == 920 and self._is_pass(code, b):
+            return []
+        elif code in (410, 420):
+            what = (
+                f"{word.text}: the radius of the nose is not known; the path is that of the programmed point"
+            )
+            self.say("nose", word, what, "W351")
+        elif code in (121, 1120, 131, 1130):
+            self.polar_face = code in (121, 1120)
+        elif code in (500, 920) and (self.system_b or code == 500):
+            if "S" in b.given:
+                self.limit = b.get("S")
+            if b.has("XZ"):
+                return [(word._replace(value=92.0), 92.0)]
+        elif not own or (code in (700, 710) and not b.has("PQUWDR")):
+            return [(word, code / 10.0)]
+        return []
 
-    def _rpm(self, radius: float, scale: float, like: Word) -> float:
+    def _surface(self, b: Turned) -> None:
+        """G96, G97 and the S that belongs to them."""
+        if b.codes & {960, 970}:
+            self.constant = 960 in b.codes
+        if "S" in b.given and self.constant and not b.codes & {500, 920}:
+            self.surface = b.get("S")
+
+    def _rpm(self, radius: float, b: Turned) -> float:
         """Of G96 at a radius in units of the program."""
         assert self.surface is not None
         around = 2.0 * math.pi * radius
-        wanted = self.surface * (12.0 if scale != 1.0 else 1000.0) / around if around > 0.0 else math.inf
+        wanted = self.surface * (12.0 if b.scale != 1.0 else 1000.0) / around if around > 0.0 else math.inf
         if self.limit is None and wanted > FASTEST_RPM:
             what = f"G96 without a limit by G50 S: the spindle is taken to turn at {FASTEST_RPM:g} rev/min at most"
-            self.say("G96 limit", like, what, "I213")
+            self.say("G96 limit", b.like, what, "I213")
         return min(wanted, FASTEST_RPM if self.limit is None else self.limit)
 
-    def _goal(
-        self, has: dict[str, tuple[Word, float]], here: tuple[float, float]
-    ) -> tuple[float | None, float | None]:
-        """Radius and Z that the block names, absolute, in units of the program."""
-        x = z = None
-        if "X" in has:
-            x = has["X"][1] * self.half + (here[0] if self.steps else 0.0)
-        elif "U" in has:
-            x = here[0] + has["U"][1] * self.half
-        if "Z" in has:
-            z = has["Z"][1] + (here[1] if self.steps else 0.0)
-        elif "W" in has:
-            z = here[1] + has["W"][1]
-        return x, z
+    def _goal(self, b: Turned) -> None:
+        """Radius and Z that the block names."""
+        for place, step, factor, here in (("X", "U", self.half, b.here[0]), ("Z", "W", 1.0, b.here[1])):
+            goal = None
+            if place in b.given:
+                goal = b.get(place) * factor + (here if self.steps else 0.0)
+            elif step in b.given:
+                goal = here + b.get(step) * factor
+            if place == "X":
+                b.x = goal
+            else:
+                b.z = goal
 
     # ---- motions ----
 
-    def _motion(
-        self, given: Words, codes: set[int], has: dict[str, tuple[Word, float]], x: float | None, z: float | None,
-        group1: int | None, here: tuple[float, float], home: bool,
-    ) -> Words:  # fmt: skip
+    def _motion(self, b: Turned, home: bool) -> Words:
         """Words of a plain motion for the core."""
-        out: Words = []
-        marks = {w.letter: w for w, _ in given}
-        for word, value in given:
-            code = round(value * 10.0)
-            if word.letter == "G" and code in (0, 10, 20, 30):
-                out.append((word, value))
+        given, has, (x, z) = b.written, b.given, (b.x, b.z)
+        out = [(w, v) for w, v in given if w.letter == "G" and round(v * 10.0) in (0, 10, 20, 30)]
+        number = next((MOVES[c] for c in b.codes if c in MOVES), self.modal)
         places = {"X": x, "Z": z}
-        y = has.get("Y")
-        if home:  # G53 too goes to the machine's own places, which are not known
-            if 530 in codes and (x is not None or z is not None):
-                at = next(w for w, v in given if w.letter == "G" and round(v * 10.0) == 530)
-                out.append((at._replace(value=28.0), 28.0))
-                places = {"X": None if x is None else here[0], "Z": None if z is None else here[1]}
-            y = None
+        if home and 530 in b.codes and (x is not None or z is not None):
+            # G53 too goes to the machine's own places, which are not known
+            out.append((b.of(530)._replace(value=28.0), 28.0))
+            places = {"X": None if x is None else b.here[0], "Z": None if z is None else b.here[1]}
+        marks = {w.letter: w for w, _ in given}
         for letter, other in (("X", "U"), ("Z", "W")):
             goal = places[letter]
             if goal is not None:
                 like = marks.get(letter) or marks.get(other) or given[0][0]
                 out.append((like._replace(letter=letter, value=goal), goal))
-        if y is not None:
-            out.append((y[0]._replace(letter="Y"), y[1]))
-        arc = (group1 if group1 is not None else self.modal) in (20, 30)
-        turn = has.get("C")
-        if turn is not None and not home:
-            if self.polar_face:
-                out.append((turn[0]._replace(letter="Y"), turn[1]))
-            elif "C" in self.settings.rotary:
-                out.append(turn)
-            elif self.modal == 10 and (x is not None or z is not None):
-                out.append((turn[0]._replace(letter=",C"), abs(turn[1])))
-        for letter in ("R", ",R", ",C", "A"):
-            if letter in has and not home:
-                word, value = has[letter]
-                if letter == "A":
-                    self._angle(word, value, x, z, here, out)
-                else:  # the sign of a rounding only repeats where the next line leads
-                    out.append((word, value if arc or letter != "R" else abs(value)))
-        if "L" in has and arc and "R" not in has and not {"I", "K"} & set(has):
-            out.append((has["L"][0]._replace(letter="R"), has["L"][1]))  # Okuma
+        arc = number in (20, 30)
+        if not home:
+            out += self._beside(b, arc)
+        if "L" in has and arc and "R" not in has and not b.has("IK"):
+            out.append((has["L"][0]._replace(letter="R"), b.get("L")))  # Okuma
         flat = self.polar_face or (arc and "J" in has)
         at = next((w for w, v in given if w.letter == "G"), given[0][0])
         if flat or self.flat:
@@ -416,30 +355,39 @@ class Lathe(Cycles):
         if arc:
             out += [has[letter] for letter in "IJK" if letter in has]
             if self.settings.control.swapped and not flat:
-                number = group1 if group1 is not None else self.modal
                 out = [(w, v) for w, v in out if not (w.letter == "G" and v in (2.0, 3.0))]
                 out.append((at._replace(letter="G"), 3.0 if number == 20 else 2.0))
         return out
 
-    def _angle(
-        self,
-        word: Word,
-        value: float,
-        x: float | None,
-        z: float | None,
-        here: tuple[float, float],
-        out: Words,
-    ) -> None:
-        """A: a line by its angle from +Z and one of its coordinates."""
-        slope = math.tan(math.radians(value))
-        if (x is None) == (z is None):
-            return
-        if z is None and x is not None and abs(slope) > 1e-9:
-            end = here[1] + (x - here[0]) / slope
-            out.append((word._replace(letter="Z", value=end), end))
-        elif x is None and z is not None:
-            end = here[0] + (z - here[1]) * slope
-            out.append((word._replace(letter="X", value=end), end))
+    def _beside(self, b: Turned, arc: bool) -> Words:
+        """Y, C, and the words of corners and angles of a motion."""
+        out = Words()
+        if "Y" in b.given:
+            out.append((b.given["Y"][0]._replace(letter="Y"), b.get("Y")))
+        if "C" in b.given:
+            word, value = b.given["C"]
+            if self.polar_face:
+                out.append((word._replace(letter="Y"), value))
+            elif "C" in self.settings.rotary:
+                out.append((word, value))
+            elif self.modal == 10 and (b.x is not None or b.z is not None):
+                out.append((word._replace(letter=",C"), abs(value)))
+        for letter in ("R", ",R", ",C"):  # the sign of a rounding only repeats where the next line leads
+            if letter in b.given:
+                word, value = b.given[letter]
+                out.append((word, value if arc or letter != "R" else abs(value)))
+        if "A" in b.given and (b.x is None) != (
+            b.z is None
+        ):  # a line by its angle from +Z and one of its coordinates
+            word, value = b.given["A"]
+            slope = math.tan(math.radians(value))
+            if b.x is None and b.z is not None:
+                end = b.here[0] + (b.z - b.here[1]) * slope
+                out.append((word._replace(letter="X", value=end), end))
+            elif b.x is not None and abs(slope) > 1e-9:
+                end = b.here[1] + (b.x - b.here[0]) / slope
+                out.append((word._replace(letter="Z", value=end), end))
+        return out
 
     def _crossing(self, angle: float, state: State) -> tuple[float, float] | None:
         """X and Z, as they are written, where a line by its angle meets the line of the next block, which has X Z A."""

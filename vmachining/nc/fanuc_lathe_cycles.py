@@ -16,12 +16,11 @@ from typing import Final, NamedTuple
 from vmachining.nc.block import Problem
 from vmachining.nc.codes import spell
 from vmachining.nc.fanuc import Translator
-from vmachining.nc.fanuc_line import Line
+from vmachining.nc.fanuc_line import Line, Words
 from vmachining.nc.lexer import Word
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 
-Words = list[tuple[Word, float]]
 Contour = tuple[int, int]
 """First and last line, 0-based."""
 Find = Callable[[int, int | None, int, bool], Contour | None]
@@ -46,6 +45,39 @@ class _Pass(NamedTuple):
     feed: float | None
 
 
+class Turned(Line):
+    """A block of a lathe. scale : mm per unit, of the block. here, x, z : radius and Z where the tool is, and where they are
+    named (else None), in units of the program, absolute.
+    """
+
+    def __init__(self, written: Words, state: State) -> None:
+        super().__init__(written, state)
+        self.x: float | None = None
+        self.z: float | None = None
+        self.scale = 25.4 if 200 in self.codes else 1.0 if 210 in self.codes else state.scale
+        self.here = state.program[0] / self.scale, state.program[2] / self.scale
+
+    @property
+    def like(self) -> Word:
+        """The word that stands for the block."""
+        return self.written[0][0] if self.written else Word("G", 0.0, 1, 0, "")
+
+    def of(self, code: int) -> Word:
+        """The word of a G code that is written."""
+        return next(w for w, v in self.written if w.letter == "G" and round(v * 10.0) == code)
+
+    def straight(self, code: int, x: float | None, z: float | None, feed: float | None = None) -> None:
+        """A straight motion before the block."""
+        like = self.like
+        out = [(like._replace(letter="G", value=code / 10.0), code / 10.0)]
+        out += [
+            (like._replace(letter=c, value=v), v)
+            for c, v in (("X", x), ("Z", z), ("F", feed))
+            if v is not None
+        ]
+        self.ahead.append(out)
+
+
 class Cycles(Translator):
     """The cycles of a lathe, and what they leave behind for the blocks after them."""
 
@@ -65,116 +97,82 @@ class Cycles(Translator):
         """Whether this line, 0-based, belongs to the contour that the last cycle took."""
         return self.skipped[0] <= index <= self.skipped[1] and not self.inside
 
-    @staticmethod
-    def _straight(
-        code: int, x: float | None, z: float | None, like: Word, feed: float | None = None
-    ) -> Words:
-        out = [(like._replace(letter="G", value=code / 10.0), code / 10.0)]
-        for letter, value in (("X", x), ("Z", z), ("F", feed)):
-            if value is not None:
-                out.append((like._replace(letter=letter, value=value), value))
-        return out
-
-    def _threading(
-        self, lead: float | None, scale: float, before: list[Callable[[State], None]],
-        after: list[Callable[[State], None]], state: State, *, modal: bool,
-    ) -> None:  # fmt: skip
-        """The lead is the feed of a turn for this block; modal : an F, which fills the one register of feeds."""
-        mode = state.feed_mode
+    def _threading(self, lead: float | None, b: Turned) -> None:
+        """The lead is the feed of a turn for this block; F fills the one register of feeds."""
+        state = b.state
         held = self.lead = self.lead if lead is None else lead
-        feed = held * scale if modal and held is not None else state.feed
-
-        def turn(s: State) -> None:
-            s.feed_mode, s.feed = 950, None if held is None else held * scale
-
-        def back(s: State) -> None:
-            s.feed_mode, s.feed = mode, feed
-
-        before.append(turn)
-        after.append(back)
-
-    def _single(
-        self, code: int, has: dict[str, tuple[Word, float]], here: tuple[float, float], x: float | None, z: float | None,
-        like: Word, before: list[Callable[[State], None]], after: list[Callable[[State], None]], scale: float, state: State,
-    ) -> list[Words]:  # fmt: skip
-        """G90, G94, G92: four motions of a pass that ends where it began."""
-        old = self.once
-        feed = has["F"][1] if "F" in has else old.feed if old is not None and not code else None
-        taper = next(
-            (has[k][1] for k in "RIK" if k in has), old.taper if old is not None and not code else 0.0
+        turn = None if held is None else held * b.scale
+        b.become(b.before, feed_mode=950, feed=turn)
+        b.become(
+            b.after,
+            feed_mode=state.feed_mode,
+            feed=state.feed if turn is None or "F" not in b.given else turn,
         )
-        keep = old if old is not None and not code else None
-        goal_x = x if x is not None else keep.x if keep else here[0]
-        goal_z = z if z is not None else keep.z if keep else here[1]
-        now = self.once = _Pass(code or (old.code if old else 900), goal_x, goal_z, taper, feed)
-        if now.code == 940:
-            return [
-                self._straight(0, None, goal_z + taper, like), self._straight(10, goal_x, goal_z, like, feed),
-                self._straight(10, None, here[1], like), self._straight(0, here[0], None, like),
-            ]  # fmt: skip
-        if now.code == 920:
-            self._threading(feed, scale, before, after, state, modal="F" in has)
-            return [
-                self._straight(0, goal_x + taper, None, like), self._straight(10, goal_x, goal_z, like),
-                self._straight(0, here[0], None, like), self._straight(0, None, here[1], like),
-            ]  # fmt: skip
-        return [
-            self._straight(0, goal_x + taper, None, like), self._straight(10, goal_x, goal_z, like, feed),
-            self._straight(10, here[0], None, like), self._straight(0, None, here[1], like),
-        ]  # fmt: skip
 
-    def _hole(
-        self, codes: set[int], has: dict[str, tuple[Word, float]], here: tuple[float, float], x: float | None,
-        z: float | None, like: Word,
-    ) -> list[Words]:  # fmt: skip
+    def _single(self, code: int, b: Turned) -> None:
+        """G90, G94, G92: four motions of a pass that ends where it began."""
+        old = self.once if not code else None
+        feed = b.get("F") if "F" in b.given else old.feed if old else None
+        taper = next((b.get(c) for c in "RIK" if c in b.given), old.taper if old else 0.0)
+        x = b.x if b.x is not None else old.x if old else b.here[0]
+        z = b.z if b.z is not None else old.z if old else b.here[1]
+        self.once = _Pass(code or (old.code if old else 900), x, z, taper, feed)
+        kind, (x0, z0) = self.once.code, b.here
+        if kind == 920:
+            self._threading(feed, b)
+            feed = None
+        if kind == 940:
+            b.straight(0, None, z + taper)
+            b.straight(10, x, z, feed)
+            b.straight(10, None, z0)
+            b.straight(0, x0, None)
+        else:
+            b.straight(0, x + taper, None)
+            b.straight(10, x, z, feed)
+            b.straight(0 if kind == 920 else 10, x0, None)
+            b.straight(0, None, z0)
+
+    def _hole(self, b: Turned) -> None:
         """G83 to G85 along Z, G87 to G89 along X: to the hole, to R, to the depth, back to the initial level."""
-        now = next((c for c in codes if c in HOLES), 0)
+        now = next((c for c in b.codes if c in HOLES), 0)
         if now:
-            self.hole = {"code": float(now), "level": here[1] if HOLES[now] == "Z" else here[0]}
-        axis = HOLES[int(self.hole["code"])]
-        depth, place = (z, x) if axis == "Z" else (x, z)
+            self.hole = {"code": float(now), "level": b.here[1] if HOLES[now] == "Z" else b.here[0]}
+        along_z = HOLES[int(self.hole["code"])] == "Z"
+        depth, place = (b.z, b.x) if along_z else (b.x, b.z)
         if depth is not None:
             self.hole["depth"] = depth
-        if "R" in has:
-            self.hole["clear"] = has["R"][1]
+        if "R" in b.given:
+            self.hole["clear"] = b.get("R")
         if "depth" not in self.hole:
-            return []
+            return
         level, deep = self.hole["level"], self.hole["depth"]
-        feed = has["F"][1] if "F" in has else None
 
-        def along(code: int, to: float, f: float | None = None) -> Words:
-            return self._straight(code, None if axis == "Z" else to, to if axis == "Z" else None, like, f)
+        def along(code: int, to: float, f: float | None = None) -> None:
+            b.straight(code, None if along_z else to, to if along_z else None, f)
 
-        first = self._straight(0, place if axis == "Z" else None, None if axis == "Z" else place, like)
-        first += [(w, v) for w, v in has.values() if w.letter == "C" and "C" in self.settings.rotary]
-        out = [first] if len(first) > 1 else []
+        b.straight(0, place if along_z else None, None if along_z else place)
+        if "C" in b.given and "C" in self.settings.rotary:
+            b.ahead[-1].append(b.given["C"])
+        if len(b.ahead[-1]) == 1:
+            b.ahead.pop()
         clear = level + self.hole.get("clear", 0.0)
-        slow = int(self.hole["code"]) in (840, 850, 880, 890)
-        return [
-            *out,
-            along(0, clear),
-            along(10, deep, feed),
-            along(10 if slow else 0, clear),
-            along(0, level),
-        ]
+        along(0, clear)
+        along(10, deep, b.get("F") if "F" in b.given else None)
+        along(10 if int(self.hole["code"]) in (840, 850, 880, 890) else 0, clear)
+        along(0, level)
 
-    def _many(
-        self, code: int, codes: set[int], has: dict[str, tuple[Word, float]], like: Word, out: Line
-    ) -> None:
+    def _many(self, code: int, b: Turned, out: Line) -> None:
         """Cycles of many passes: G70 runs the contour, the others are left out; all end where they began."""
+        first = b.given.get("P")
         if code:
-            if code not in (740, 750) and not {"P", "X", "Z", "U", "W"} & set(has):
-                return
-            if code == 710 and "P" not in has:
+            if (code not in (740, 750) and not b.has("PXZUW")) or (code == 710 and first is None):
                 return  # depth and retract, for the block to come
             what = f"{spell('G', code)} ({MANY[code]}): its passes are left out, the tool comes back to where they began"
-            self.say(f"many{code}", like, what, "W379")
-        first = has.get("P")
+            self.say(f"many{code}", b.like, what, "W379")
         if first is None or code in (740, 750, 760):
             return
-        lap = code in (850, 860) or 870 in codes
-        last = None if lap else int(has["Q"][1]) if "Q" in has else None
-        name = int(first[1])
+        lap = code in (850, 860) or 870 in b.codes
+        name, last = int(first[1]), None if lap or "Q" not in b.given else int(b.get("Q"))
         found = self.contour(name, last, self.at, not code)
         if self.inside or found is None or (not code and found[0] <= self.at <= found[1]):
             what = "a cycle inside of a contour" if found else f"no block N{name} of a contour"

@@ -16,14 +16,15 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.fanuc_line import Line
-from vmachining.nc.fanuc_places import Given
 from vmachining.nc.lexer import Word
-from vmachining.nc.state import WORK_OFFSETS, State
+from vmachining.nc.state import WORK_OFFSETS
 
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
 
 RETURN: Final = {52: "the upper end of Z", 53: "the level of G71", 54: "the clearance plane"}
+LENGTHS: Final = {530: 49.0, 1690: 43.4, 1700: 49.0, 560: 43.0}
+"""Codes of tool lengths, and those of the core."""
 OFFSETS: Final = 400
 TURNED_ZERO: Final = 88.0
 """L of the G10 that stands for `CALL OO88 PH=1 PP=2`: work offset 2 is the turned 1."""
@@ -31,73 +32,53 @@ LIKE_FANUC: Final = 6
 """Work offsets 1 to 6 are those that the job knows as G54 to G59."""
 
 
-def code(
-    translator: Translator, word: Word, number: int, line: Line, given: Given, drop: set[str], state: State
-) -> bool:
+def code(translator: Translator, word: Word, number: int, line: Line) -> bool:
     """A G code that means something else here; False where it does not."""
-    if number in (150, 160):
-        _work(translator, word, number, line, given, drop)
-    elif number == 530:
-        line.keep(word._replace(value=49.0), 49.0)
+    if number in LENGTHS:
+        line.keep(word._replace(value=LENGTHS[number]), LENGTHS[number])
+    elif number in (150, 160):
+        _work(translator, word, number, line)
     elif number in (540, 550):
         line.refuse(word, "G54 and G55, a tool length along X or Y, are not supported")
-    elif number in (1690, 1700):
-        value = 43.4 if number == 1690 else 49.0
-        line.keep(word._replace(value=value), value)
-    elif number == 560:
-        line.keep(word._replace(value=43.0), 43.0)
     elif number == 110:
-        drop.update(translator.places.shift(given, line, state))
-    elif number == 100 and "L" in given and given["L"][1] == TURNED_ZERO:
-        place, of = (int(given[letter][1]) if letter in given else 0 for letter in "PH")
-        if not (place and of) or any(given[letter][1] for letter in "XYZ" if letter in given):
+        translator.places.shift(line)
+        line.taken |= set("XYZP")
+    elif number == 100 and line.get("L") == TURNED_ZERO:
+        place, of = int(line.get("P")), int(line.get("H"))
+        if not (place and of) or any(map(line.get, "XYZ")):
             what = "CALL OO88 needs PH and PP, work offsets, and PX PY PZ of zero"
             line.refuse(word, what, "post a tilted plane or tool centre point control")
         else:
             translator.alias[place] = translator.alias.get(of, of)
             what = f"CALL OO88: work offset {place} is {of} turned with the rotary axes, as its zero is here"
             translator.say(f"OO88 {place}", word, what, "I213")
-        drop.update("LPHXYZ")
-    elif number == 100 and "L" not in given:
-        translator.places.end("shift", line, {})
-    elif number == 710 and "Z" in given:
-        translator.level = given["Z"][1] * state.scale
-        drop.add("Z")
-    elif number == 1160 and "T" in given:
+        line.taken |= set("LPHXYZ")
+    elif number == 100 and "L" not in line.given:
+        translator.places.end("shift", line)
+    elif number == 710 and "Z" in line.given:
+        translator.level = line.get("Z") * line.state.scale
+        line.taken.add("Z")
+    elif number == 1160 and "T" in line.given:
         line.add("M", 6.0, word)
     else:
         return False
     return True
 
 
-def _work(translator: Translator, word: Word, number: int, line: Line, given: Given, drop: set[str]) -> None:
-    place = given["H"][1] if "H" in given else 0.0
+def _work(translator: Translator, word: Word, number: int, line: Line) -> None:
+    place = line.get("H")
     if not 1.0 <= place <= OFFSETS or place != int(place):
-        line.refuse(
-            word,
-            f"{word.text} names a work offset by H from 1 to {OFFSETS}",
-            "H0, the machine itself, is not read",
-        )
+        what = f"{word.text} names a work offset by H from 1 to {OFFSETS}"
+        line.refuse(word, what, "H0, the machine itself, is not read")
         return
-    drop.add("H")
+    line.taken.add("H")
     chosen = translator.alias.get(int(place), int(place))
     work = WORK_OFFSETS[chosen - 1] if chosen <= LIKE_FANUC else 100000 + chosen
     which = f", G5{3 + chosen} of the job" if chosen <= LIKE_FANUC else ""
     translator.say(f"G15 H{chosen}", word, f"{word.text} H{chosen}: work offset {chosen}{which}", "I213")
-    before = list[int]()
-
-    def choose(state: State) -> None:
-        before.append(state.work)
-        state.work = work
-        state.place_offsets()
-
-    def leave(state: State) -> None:
-        state.work = before[-1]
-        state.place_offsets()
-
-    line.before.append(choose)
+    line.choose(line.before, work)
     if number == 160:
-        line.after.append(leave)
+        line.choose(line.after, line.state.work)
 
 
 def back(translator: Translator, word: Word, number: int, line: Line) -> None:
@@ -107,11 +88,7 @@ def back(translator: Translator, word: Word, number: int, line: Line) -> None:
     translator.say(f"M{number}", word, f"{word.text}: cycles return to {RETURN[number]}", "I213")
     if number == 53 and level is None:
         line.refuse(word, "M53 returns to the level of G71, which was not given", "write G71 Z first")
-
-    def to(state: State) -> None:
-        state.return_level = level
-
-    line.before.append(to)
+    line.become(line.before, return_level=level)
 
 
 _TASK: Final = re.compile(

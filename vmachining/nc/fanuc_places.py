@@ -11,7 +11,7 @@ turns by R about that direction, and its X Y Z is the new zero.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.fanuc_line import Line
@@ -26,12 +26,9 @@ if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
 
 ORDER: Final = ("tilt", "shift", "turn", "scale", "mirror")
-CODES: Final = {
-    680: "turn", 682: "tilt", 510: "scale", 511: "mirror", 690: "turn tilt", 691: "tilt", 500: "scale", 501: "mirror",
-}  # fmt: skip
-"""What a code sets or, where it stands alone, ends."""
+TAKEN: Final = {680: "XYZRIJK", 682: "XYZIJKPQR", 510: "XYZIJKP", 511: "XYZ"}
+"""Letters of the codes that set a turn, a tilt, a scale, a mirror."""
 
-Given = Mapping[str, tuple[Word, float]]
 TURNED: Final = 1e-4
 """Degrees: beyond it two angles differ."""
 
@@ -50,7 +47,7 @@ class Places:
         """Whether a tilted plane is in force."""
         return "tilt" in self.parts
 
-    def end(self, kinds: str, line: Line, given: Given) -> bool:
+    def end(self, kinds: str, line: Line) -> bool:
         """They are in force no more (of a mirror only the axes named, if any is); whether one was."""
         was = set(kinds.split()) & set(self.parts)
         if "tilt" in kinds:
@@ -58,7 +55,7 @@ class Places:
         for kind in was:
             del self.parts[kind]
         if "mirror" in was:
-            named = {axis for axis, letter in enumerate("XYZ") if letter in given}
+            named = {axis for axis, letter in enumerate("XYZ") if letter in line.given}
             self.mirrors = {axis: at for axis, at in self.mirrors.items() if named and axis not in named}
             self._mirror()
         self._tell(line)
@@ -66,48 +63,38 @@ class Places:
             line.before.append(_angled)
         return bool(was)
 
-    def rotary(self, translator: Translator, line: Line, given: Given, state: State) -> None:
+    def rotary(self, translator: Translator, line: Line) -> None:
         """Words of rotary axes where a plane is, or was, in force: they reach its axis, or name what G53.1 has done.
 
         They would turn the tool away from it where they name other angles than those that it has.
         """
-        letters = [letter for letter in "ABC" if letter in given]
         if not self.tilted:
             line.pivot = UP
             return
-        axis, word = self.parts["tilt"].axis, given[letters[0]][0]
-        stands = state.axis == axis
-        if stands and any(
-            abs(given[c][1] - state.rotary[c.lower()]) > TURNED for c in letters if c.lower() in state.rotary
-        ):
-            line.refuse(
-                word, f"{word.text} turns the tool away from its tilted plane", "end the plane by G69"
-            )
+        angles = {c.lower(): line.get(c) for c in "ABC" if c in line.given}
+        axis, now = self.parts["tilt"].axis, line.state.rotary
+        word = next(line.given[c][0] for c in "ABC" if c in line.given)
+        stands = line.state.axis == axis
+        if stands and any(abs(angles[c] - now[c]) > TURNED for c in angles.keys() & now.keys()):
+            what = f"{word.text} turns the tool away from its tilted plane"
+            line.refuse(word, what, "end the plane by G69")
         else:
             line.pivot = None if stands else axis
             what = f"{word.text}: in a tilted plane the angles are taken to reach its axis"
             translator.say("rotary in tilt", word, what, "I213")
-            angles = {letter.lower(): given[letter][1] for letter in letters}
             line.after.append(lambda s: setattr(s, "rotary", {**s.rotary, **angles}))
         line.drop("ABC")
 
-    def leaning(self, line: Line, codes: set[int], state: State) -> None:
+    def leaning(self, line: Line) -> None:
         """Motions in a plane that the turned table has not reached, and cuts after its end while the table still stands."""
+        state, first = line.state, line.pairs[0][0] if line.pairs else None
+        cuts = 0 not in line.codes and (line.codes & {0, 10, 20, 30} or state.motion)
         if self.tilted and any(state.rotary.values()) and state.axis == UP:
             what = "a tilted plane (G68.2) without G53.1 while rotary axes are turned"
-            line.refuse(
-                line.words[0] if line.words else None, what, "write G53.1, or the rotary axes, after G68.2"
-            )
-        elif (
-            state.axis != UP
-            and not self.tilted
-            and 0 not in codes
-            and (codes & {0, 10, 20, 30} or state.motion)
-        ):
+            line.refuse(first, what, "write G53.1, or the rotary axes, after G68.2")
+        elif state.axis != UP and not self.tilted and cuts:
             what = "a cut after the end of its tilted plane (G69), while the rotary axes stand as G53.1 has left them"
-            line.refuse(
-                line.words[0] if line.words else None, what, "name the rotary axes, or cut before G69"
-            )
+            line.refuse(first, what, "name the rotary axes, or cut before G69")
 
     def _tell(self, line: Line) -> None:
         plan = IDENTITY
@@ -115,82 +102,65 @@ class Places:
             plan = plan.then(self.parts.get(kind, IDENTITY))
         line.before.append(lambda state: state.replan(None if plan == IDENTITY else plan))
 
-    def turn(self, word: Word, given: Given, line: Line, state: State) -> str:
-        """G68 with a centre in the plane and R; in G91 R adds. Returns the letters that it takes."""
-        plane = state.plane
-        if next((p for code, p in _PLANES.items() if code in line.codes("G")), plane.normal) != plane.normal:
-            line.refuse(
-                word, "G68 together with the code of another plane", "choose the plane in an earlier block"
-            )
-            return "XYZR"
-        if "R" not in given:
-            line.refuse(
-                word, "G68 that is not a rotation by R is not supported", "G68.2 names a tilted plane"
-            )
-            return "XYZRIJK"
-        here, center = state.program, [0.0, 0.0, 0.0]
-        if set(given) & set("IJK"):
-            axis_of = unit(_point(given, "IJK"))
+    def turn(self, word: Word, line: Line) -> None:
+        """G68 with a centre in the plane and R, or about a direction I J K; in G91 R adds."""
+        plane, here = line.state.plane, line.state.program
+        if next((p for code, p in _PLANES.items() if code in line.now()), plane.normal) != plane.normal:
+            what = "G68 together with the code of another plane"
+            line.refuse(word, what, "choose the plane in an earlier block")
+        elif "R" not in line.given:
+            what = "G68 that is not a rotation by R is not supported"
+            line.refuse(word, what, "G68.2 names a tilted plane")
+        elif line.has("IJK"):
+            axis_of = unit(_vector(line))
             if axis_of is None:
                 line.refuse(word, "G68 about a direction I J K without length")
-                return "XYZRIJK"
-            at = [given[c][1] * state.scale if c in given else here[k] for k, c in enumerate("XYZ")]
+                return
             before = self.parts.get("turn", IDENTITY)  # a second one turns what the first has turned
-            self.parts["turn"] = before.then(Frame(_about(axis_of, given["R"][1]), (at[0], at[1], at[2])))
+            self.parts["turn"] = before.then(Frame(_about(axis_of, line.get("R")), line.at(default=here)))
             self._tell(line)
-            return "XYZRIJK"
-        for axis in (plane.first, plane.second):
-            letter = "XYZ"[axis]
-            center[axis] = given[letter][1] * state.scale if letter in given else here[axis]
-        angle = given["R"][1]
-        self._put("turn", axis_turn(plane.normal, angle), center, line)
-        return "XYZR"
+        else:
+            center = [c if k != plane.normal else 0.0 for k, c in enumerate(line.at(default=here))]
+            self._put("turn", axis_turn(plane.normal, line.get("R")), center, line)
 
-    def tilt(self, word: Word, given: Given, line: Line, state: State) -> str:
+    def tilt(self, word: Word, line: Line) -> None:
         """G68.2 X Y Z I J K, P2 and P3 in several blocks."""
-        kind = given["P"][1] if "P" in given else 0.0
-        zero = _point(given, "XYZ", state.scale)
-        i, j, k = (given[letter][1] if letter in given else 0.0 for letter in "IJK")
+        kind, zero, angles = line.get("P"), line.at(), _vector(line)
+        what, hint = "", ""
+        rows = EYE
         if kind == 0.0:
+            i, j, k = angles
             rows = matmul(axis_turn(2, i), matmul(axis_turn(0, j), axis_turn(2, k)))
         elif kind == 1.0:
-            order = f"{given['Q'][1]:.0f}" if "Q" in given else "123"
+            order = f"{line.get('Q', 123.0):.0f}"
             if sorted(order) != ["1", "2", "3"]:
-                line.refuse(given["Q"][0], f"G68.2 P1 Q{order}: Q orders the axes, 123 to 321")
-                return "XYZIJKPQR"
-            rows = EYE
+                line.refuse(line.given["Q"][0], f"G68.2 P1 Q{order}: Q orders the axes, 123 to 321")
+                return
             for digit in order:
                 axis = int(digit) - 1
-                rows = matmul(axis_turn(axis, (i, j, k)[axis]), rows)
+                rows = matmul(axis_turn(axis, angles[axis]), rows)
         elif kind in (2.0, 3.0):
-            number = int(given["Q"][1]) if "Q" in given else 1
-            self.given = {**(self.given if number > 1 else {}), number: (zero, _point(given, "IJK"))}
-            if number < 5 - kind or number == 0:
-                if number == 0 and (any(zero) or ("R" in given and given["R"][1])):
-                    line.refuse(
-                        word, "G68.2 P2 Q0 with a shift or a turn is not supported", "post Euler angles"
-                    )
-                return "XYZIJKPQR"
-            found = self._by_points() if kind == 2.0 else self._by_vectors()
-            self.given = {}
-            if found is None:
-                line.refuse(
-                    word,
-                    f"G68.2 P{kind:g}: its points or directions do not span a plane, or some are missing",
-                )
-                return "XYZIJKPQR"
-            rows, zero = found
+            number = int(line.get("Q", 1.0))
+            self.given = {**(self.given if number > 1 else {}), number: (zero, angles)}
+            if number == 0 and (any(zero) or line.get("R")):
+                what, hint = "G68.2 P2 Q0 with a shift or a turn is not supported", "post Euler angles"
+            elif number < 5 - kind or number == 0:
+                return
+            else:
+                found = self._by_points() if kind == 2.0 else self._by_vectors()
+                self.given = {}
+                what = f"G68.2 P{kind:g}: its points or directions do not span a plane, or some are missing"
+                if found is not None:
+                    (rows, zero), what = found, ""
         else:
-            line.refuse(
-                word, f"G68.2 P{kind:g}: planes by projected angles are not supported", "post Euler angles"
-            )
-            return "XYZIJKPQR"
-        if state.rotation:
-            line.refuse(word, "G68.2 while the work offset is turned", "turn it back first")
-            return "XYZIJKPQR"
+            what, hint = f"G68.2 P{kind:g}: planes by projected angles are not supported", "post Euler angles"
+        if line.state.rotation and not what:
+            what, hint = "G68.2 while the work offset is turned", "turn it back first"
+        if what:
+            line.refuse(word, what, hint)
+            return
         self.parts["tilt"] = Frame(rows, zero)
         self._tell(line)
-        return "XYZIJKPQR"
 
     def _by_points(self) -> tuple[Rows, Point] | None:
         """Axes and zero of the plane through the points of P2."""
@@ -216,39 +186,29 @@ class Places:
             return None
         return columns(cross(side, normal), side, normal), self.given[1][0]
 
-    def shift(self, given: Given, line: Line, state: State) -> str:
+    def shift(self, line: Line) -> None:
         """Okuma G11 X Y Z P: a shift, and a turn by P."""
-        origin = [given[letter][1] * state.scale if letter in given else 0.0 for letter in "XYZ"]
-        self.parts["shift"] = Frame(
-            axis_turn(2, given["P"][1] if "P" in given else 0.0), (origin[0], origin[1], origin[2])
-        )
+        self.parts["shift"] = Frame(axis_turn(2, line.get("P")), line.at())
         self._tell(line)
-        return "XYZP"
 
-    def scale(self, word: Word, given: Given, line: Line, state: State) -> str:
+    def scale(self, word: Word, line: Line) -> None:
         """G51 X Y Z P, or I J K for each axis; without a point they count thousandths."""
-        here, by = state.program, [1.0, 1.0, 1.0]
-        letters = "IJK" if set(given) & set("IJK") else "PPP"
-        for axis, letter in enumerate(letters):
-            if letter in given:
-                text, value = given[letter][0].text, given[letter][1]
+        by = [1.0, 1.0, 1.0]
+        for axis, letter in enumerate("IJK" if line.has("IJK") else "PPP"):
+            if letter in line.given:
+                text, value = line.given[letter][0].text, line.get(letter)
                 by[axis] = value if "." in text else value / 1000.0
         if 0.0 in by:
             line.refuse(word, "G51 with a factor of zero")
-            return "XYZIJKP"
-        center = [given[c][1] * state.scale if c in given else here[k] for k, c in enumerate("XYZ")]
+            return
         m = ((by[0], 0.0, 0.0), (0.0, by[1], 0.0), (0.0, 0.0, by[2]))
-        self._put("scale", m, center, line, IDENTITY.scaled(*by))
-        return "XYZIJKP"
+        self._put("scale", m, line.at(default=line.state.program), line, IDENTITY.scaled(*by))
 
-    def mirror(self, given: Given, line: Line) -> str:
+    def mirror(self, given: Mapping[str, float], line: Line) -> None:
         """G51.1 X2: mirrored at x = 2 (given in mm); axes add up."""
-        for axis, letter in enumerate("XYZ"):
-            if letter in given:
-                self.mirrors[axis] = given[letter][1]
+        self.mirrors |= {"XYZ".index(letter): at for letter, at in given.items()}
         self._mirror()
         self._tell(line)
-        return "XYZ"
 
     def _mirror(self) -> None:
         self.parts.pop("mirror", None)
@@ -258,7 +218,9 @@ class Places:
             made = IDENTITY.scaled(by[0], by[1], by[2])
             self.parts["mirror"] = made._replace(origin=(origin[0], origin[1], origin[2]))
 
-    def _put(self, kind: str, rows: Rows, center: list[float], line: Line, like: Frame = IDENTITY) -> None:
+    def _put(
+        self, kind: str, rows: Rows, center: Sequence[float], line: Line, like: Frame = IDENTITY
+    ) -> None:
         """A linear map about a centre."""
         turned = [sum(r * c for r, c in zip(row, center, strict=True)) for row in rows]
         x, y, z = (c - t for c, t in zip(center, turned, strict=True))
@@ -274,9 +236,9 @@ def _angled(state: State) -> None:
         state.check_sync()
 
 
-def _point(given: Given, letters: str, scale: float = 1.0) -> Point:
-    x, y, z = (given[letter][1] * scale if letter in given else 0.0 for letter in letters)
-    return x, y, z
+def _vector(line: Line) -> Point:
+    """I J K as they are written."""
+    return line.get("I"), line.get("J"), line.get("K")
 
 
 def columns(a: Point, b: Point, c: Point) -> Rows:
@@ -303,15 +265,10 @@ def _about(axis: Point, degrees: float) -> Rows:
 _PLANES: Final = {170: 2, 180: 1, 190: 0}
 
 
-def extended(state: State, number: int) -> None:
-    """G54.1 Pn: a work offset beyond the nine of the core."""
-    state.work = 100000 + number
-    state.place_offsets()
-
-
-def polar(translator: Translator, line: Line, codes: set[int], state: State) -> None:
+def polar(translator: Translator, line: Line) -> None:
     """G16: the first axis of the plane is a radius about the work zero, the second an angle; in G91 both are steps."""
-    if 150 in codes:
+    state, absolute = line.state, line.absolute
+    if 150 in line.codes:
         translator.polar = None
         return
     a, b = state.plane.first, state.plane.second
@@ -322,7 +279,6 @@ def polar(translator: Translator, line: Line, codes: set[int], state: State) -> 
         translator.polar = r, math.degrees(math.atan2(here[b], here[a]))
     if not {first, second} & line.letters():
         return
-    absolute = 900 in codes or (state.absolute and 910 not in codes)
     radius, angle = line.value(first), line.value(second)
     old = translator.polar
     if not absolute:

@@ -15,6 +15,7 @@ from vmachining.nc.expressions import NoValueError, evaluate
 from vmachining.nc.fanuc import Translator
 from vmachining.nc.fanuc_lathe import Lathe
 from vmachining.nc.fanuc_lathe_cycles import Contour
+from vmachining.nc.fanuc_line import Words
 from vmachining.nc.fanuc_lines import prepare, tool_changer
 from vmachining.nc.fanuc_okuma import user_task
 from vmachining.nc.fanuc_turning import heads, numbered, plain_lathe
@@ -137,9 +138,7 @@ class OneBlock:
                 self._block(k + 1, self.lines[k], called or number)
         lathe.inside = False
         words = [(Word(c, None, 1, 0, ""), v) for c, v in (("G", 0.0), ("X", x / scale), ("Z", z / scale))]
-        problems = self._ahead(tuple(w for w, _ in words), [v for _, v in words], self.state, called or number, n,
-                               self.moves, [])  # fmt: skip
-        for problem in problems:
+        for problem in self._ahead(words, self.state, called or number, n, self.moves, []):
             self.report(problem, number, n)
 
     def report(self, problem: Problem, line: int, n: int | None) -> None:
@@ -230,8 +229,9 @@ class OneBlock:
         vector = None
         if self.translator is not None and not problems:
             self.translator.at = number - 1
-            translated = self.translator.translate(lexed.words, values, try_state)
-            lexed, values = lexed._replace(words=tuple(translated.words)), translated.values
+            translated = self.translator.translate(list(zip(lexed.words, values, strict=True)), try_state)
+            lexed = lexed._replace(words=tuple(w for w, _ in translated.pairs))
+            values = [v for _, v in translated.pairs]
             problems, after, vector = translated.problems, translated.after, translated.vector
             for change in translated.before:
                 change(try_state)
@@ -239,10 +239,7 @@ class OneBlock:
                 moves += self._pivot(number, n, try_state, called, translated.pivot)
             for ahead in translated.ahead:
                 if not problems:
-                    first, numbers = zip(*ahead, strict=True)
-                    problems += self._ahead(
-                        tuple(first), list(numbers), try_state, called or number, n, moves, warnings
-                    )
+                    problems += self._ahead(ahead, try_state, called or number, n, moves, warnings)
         if not problems:
             mts = self.settings.dialect == "mts"
             groups = MTS_G_GROUP if mts else G_GROUP if self.translator is None else FANUC_G_GROUP
@@ -335,19 +332,13 @@ class OneBlock:
         return moves
 
     def _ahead(
-        self,
-        words: tuple[Word, ...],
-        values: list[float],
-        state: State,
-        line: int,
-        n: int | None,
-        moves: list[Move],
-        warnings: list[Problem],
+        self, words: Words, state: State, line: int, n: int | None, moves: list[Move], warnings: list[Problem]
     ) -> list[Problem]:
         """A block that the control executes before the one that is written: its moves are added; what is wrong."""
         motion, cycle = state.motion, state.cycle
+        lexed = LexedLine("", tuple(w for w, _ in words))
         block = build_block(
-            LexedLine("", words), values, motion, rotary=self.settings.rotary, groups=FANUC_G_GROUP
+            lexed, [v for _, v in words], motion, rotary=self.settings.rotary, groups=FANUC_G_GROUP
         )
         if not block.problems:
             try:

@@ -92,7 +92,7 @@ class State:
     of `sim`, which then are coordinates before it, onto the simulation frame. axis : of the tool. corner : kind and size
     of the rounding or chamfer after `held`, the move that waits for its neighbour. return_level : where cycles go back
     to, where it is not the initial level. between : intermediate point of the last G28, machine coordinates.
-    shrink : how much less each peck of a hole is, and the least.
+    shrink : how much less each peck of a hole is, and the least. tap : lead of the tap in force, where its cycle gives it.
     coolant : "", "mist", "flood" or both. centre : last I J K, of controls that keep them.
     """
 
@@ -153,6 +153,7 @@ class State:
     held: Move | None = None
     return_level: float | None = None
     shrink: tuple[float, float] | None = None
+    tap: float = 0.0
     between: Point | None = None
     coolant: str = ""
     centre: Mapping[str, float] = field(default_factory=dict)
