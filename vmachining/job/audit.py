@@ -20,10 +20,10 @@ from vmachining.job.toolpath import Toolpath
 from vmachining.progress import Progress
 from vmachining.stock import Stock
 
-EVERY, FEWEST, MOST = 40, 8, 100
-"""One block of so many that remove something, at least and at most so many: heights take 2 to 4 ms for a block, cutting 0.5 to 1,
-so this is less than a twentieth of the run from some 300 blocks on. How many, and which ones, is settled by their numbers and
-not by a clock, so that a run can be repeated to the last digit."""
+EVERY, FEWEST, MOST = 150, 8, 100
+"""One block of so many that remove something, at least and at most so many: a look by heights takes about as long as cutting five
+blocks, one by exact rays as five blocks of a tool that turns, so looks are a twentieth of the cut from 1,200 blocks on. How many,
+and which ones, is settled by their numbers and not by a clock, so that a run can be repeated to the last digit."""
 
 WANT_REL = 0.01
 """Half width of intervals by exact rays, which take 15 to 300 ms for a block: one in `EVERY` at most is asked of them."""

@@ -123,6 +123,15 @@ class _Chunk:
     seen: list[Watched] = field(default_factory=list)
 
     @classmethod
+    def without(cls, blocks: int) -> _Chunk:
+        """Of so many blocks that nobody asks about."""
+        empty = np.zeros(0)
+        return cls(
+            np.full((blocks, len(CONTACT)), np.nan), np.ones(blocks, dtype=np.bool_), np.full(blocks, np.nan),
+            np.zeros(0, dtype=np.int64), empty, np.zeros(0, dtype=np.int64), np.empty((0, 3)), [None] * blocks, {},
+        )  # fmt: skip
+
+    @classmethod
     def joined(cls, chunks: Sequence[_Chunk]) -> _Chunk:
         """All of them, in their order."""
         shapes: dict[str, tuple[int, ...]] = {**OF_BLOCKS, **OF_STATIONS, "rows": (3,)}
@@ -310,6 +319,8 @@ class _Pass:
         asked = np.arange(every.first[first], every.first[numbers.stop])
         if self.only is not None:
             asked = asked[[int(k) in self.only for k in every.block[asked]]]
+        if not len(asked):
+            return _Chunk.without(len(numbers))
         owner, tools, motions = every.block[asked] - first, every.tool[asked].tolist(), asked.tolist()
         step = np.full(len(numbers), np.nan)
         at = [
@@ -324,13 +335,10 @@ class _Pass:
         begin = np.cumsum(lengths) - lengths
         scale, per_feed = every.scale[asked], every.per_feed[asked]
         rows = np.full((len(asked), len(CONTACT)), np.nan)
-        if len(asked):
-            area, thick, ae, ap, fraction, planned = np.fmax.reduceat(seen.columns, begin).T
-            # a chip of 1e-7 mm has no width that means something
-            ae, ap = (np.where(depth < TOUCH_MM, 0.0, depth) for depth in (ae, ap))
-            rows[:, [0, 1, 2, 3, 4, 7]] = np.column_stack(
-                [ae, ap, fraction, scale * area, scale * thick, planned]
-            )
+        area, thick, ae, ap, fraction, planned = np.fmax.reduceat(seen.columns, begin).T
+        # a chip of 1e-7 mm has no width that means something
+        ae, ap = (np.where(depth < TOUCH_MM, 0.0, depth) for depth in (ae, ap))
+        rows[:, [0, 1, 2, 3, 4, 7]] = np.column_stack([ae, ap, fraction, scale * area, scale * thick, planned])
         station = np.repeat(np.arange(len(asked)), lengths)
         out = _Chunk(
             np.full((len(numbers), len(CONTACT)), np.nan), np.ones(len(numbers), dtype=np.bool_), step,

@@ -134,6 +134,7 @@ class InProcess:
     def __init__(self, engine: Engine, shares: int = 1, own: Sequence[int] | None = None) -> None:
         self.engine, self.chord = engine.name, engine.chord
         self._whole, self._engines = engine, [engine]
+        self._known_whole: Engine | None = None  # as it was joined, while nothing is cut after that
         if shares > 1:
             with TemporaryDirectory(prefix="vmachining-shares-") as folder:
                 engine.save(start := Path(folder) / "start.npz")
@@ -141,7 +142,7 @@ class InProcess:
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
         """See `Executor`."""
-        sweep = Sweep.along(profile, path)
+        sweep, self._known_whole = Sweep.along(profile, path), None
         return self._summed([engine.cut(sweep, block) for engine in self._engines])
 
     def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
@@ -165,11 +166,13 @@ class InProcess:
         """The whole workpiece; shares stay as they are."""
         if len(self._engines) == 1:
             return self._engines[0]
+        if self._known_whole is not None:
+            return self._known_whole
         with TemporaryDirectory(prefix="vmachining-shares-") as folder:
             files = [Path(folder) / f"{share}.npz" for share in range(len(self._engines))]
             for engine, file in zip(self._engines, files, strict=True):
                 engine.save(file)
-            whole = joined(self.engine, files)
+            whole = self._known_whole = joined(self.engine, files)
         if (blocks := whole.in_use()) is not None:
             for one in (whole, *self._engines):
                 cast("Divisible", one).forget_others(blocks)
@@ -269,6 +272,7 @@ class WorkerPool:
         self._sent, self._told, self._first = 0, 0, 0
         self._answers: list[deque[list[Removal]]] = []
         self._sums: dict[int, Removal] = {}
+        self._known_whole: Divisible | None = None  # as it was saved, while nothing is cut after that
         self._folder = TemporaryDirectory(prefix="vmachining-workers-")
         self._workers: list[Worker] = []
         start = Path(self._folder.name) / "start.npz"
@@ -295,6 +299,7 @@ class WorkerPool:
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
         """See `Executor`."""
+        self._known_whole = None
         return self._order("cut", self._known(profile), path, block)
 
     def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
@@ -303,7 +308,7 @@ class WorkerPool:
 
     def save(self, path: Path) -> None:
         """See `Executor`."""
-        engine = self._collected()
+        self._known_whole = engine = self._collected()
         blocks = engine.in_use()
         if blocks is not None:  # a part knows its own tiles, and not what is of use to the others
             engine.forget_others(blocks)
@@ -312,7 +317,7 @@ class WorkerPool:
 
     def finish(self) -> Engine:
         """See `Executor`."""
-        engine = self._collected()
+        engine = self._known_whole or self._collected()
         self.close()
         return engine
 

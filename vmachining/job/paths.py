@@ -66,6 +66,24 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
     return Line(turn.start, turn.end) if turn.is_upright and turn.is_straight else turn
 
 
+def move_paths(moves: Sequence[Move], machine: Machine | None = None) -> tuple[CutterPath, ...]:
+    """`move_path` of every move; straight ones of an upright tool are made together."""
+    plain = _is_plain(machine)
+    straight = [plain and _is_line(move) for move in moves]
+    way = np.array([(move.start, move.end) for move, is_line in zip(moves, straight, strict=True) if is_line])
+    lines = Line.many(*way.reshape(-1, 2, 3).swapaxes(0, 1))
+    return tuple(
+        next(lines) if is_line else move_path(move, machine)
+        for move, is_line in zip(moves, straight, strict=True)
+    )
+
+
+def _is_line(move: Move) -> bool:
+    """Whether X Y Z alone say where it goes, and it goes straight."""
+    no_more = move.circle is None and move.axis_end is None and move.rotary_deg is None
+    return no_more and move.motion not in ARCS
+
+
 def lengths(paths: Sequence[CutterPath]) -> Floats:
     """(n,) mm, of each path."""
     out, straight = np.empty(len(paths)), [isinstance(path, Line) for path in paths]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from vmachining.arrays import Floats
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.contact import ToolParts
-from vmachining.job.paths import CutterPath, lengths, move_path
+from vmachining.job.paths import CutterPath, lengths, move_paths
 from vmachining.machine import Machine
 from vmachining.nc import Motion, Move, Program
 from vmachining.sweep import Sweep
@@ -33,9 +33,9 @@ class Toolpath:
     def of(cls, program: Program, machine: Machine | None = None) -> Toolpath:
         """Paths and blocks of a program.
 
-        Raises NCError: A move that cannot be one, see `move_path`.
+        Raises NCError: A move that cannot be one, see `paths.move_path`.
         """
-        paths = tuple(move_path(move, machine) for move in program.moves)
+        paths = move_paths(program.moves, machine)
         return cls(program, machine, paths, lengths(paths), tuple(group_blocks(program, paths)))
 
     @property

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from functools import reduce
 from math import hypot
 from pathlib import Path
@@ -66,6 +68,9 @@ NO_DIGITS = "coordinates so large have no more digits"
 
 NUMBER = 12
 """Column of rows: their order."""
+
+TOGETHER, MOST_THREADS = 16_384, 8
+"""Places whose heights one thread finds at a time, and threads at most."""
 
 ROOM = local()
 """`work` of a thread, 35 MB for all of its workpieces: nothing in it is kept between two questions."""
@@ -426,12 +431,20 @@ class ColumnsEngine:
 
         def at(places: Floats) -> tuple[Floats, Ints]:
             z, owner = np.zeros(len(places)), np.zeros(len(places), dtype=np.int64)
-            where = np.ascontiguousarray(places)
-            _kernels.heights(shapes, tiles, self._work.lines, self._rim, bottom, top, where, z, owner)
+            where, room = np.ascontiguousarray(places), self._work.lines.shape
+
+            def some(first: int) -> None:
+                part, lines = slice(first, first + TOGETHER), np.zeros(room)
+                _kernels.heights(
+                    shapes, tiles, lines, self._rim, bottom, top, where[part], z[part], owner[part]
+                )
+
+            list(threads.map(some, range(0, len(places), TOGETHER)))
             return z, owner
 
         lattice = lattice_of(tiles.grid, tiles.size, self.stock.high[:2], busy, per)
-        return solid_of(at, lattice, bottom, top, np.array([*self._blocks[: self._count], -1]))
+        with ThreadPoolExecutor(min(os.cpu_count() or 1, MOST_THREADS)) as threads:
+            return solid_of(at, lattice, bottom, top, np.array([*self._blocks[: self._count], -1]))
 
     def save(self, path: Path) -> None:
         """See `Engine`."""

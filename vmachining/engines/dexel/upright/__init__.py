@@ -66,33 +66,32 @@ class UprightJudge:
 
     def __init__(self, stock: Stock, ways: Sequence[Way]) -> None:
         self._stock, self._box = stock, np.array(stock.bounds)
-        tools: dict[int, int] = {}
-        rises: dict[int, bool] = {}
-        shapes: list[Profile] = []
-        packed, tool, block, foreign, boxes = list[tuple[float, ...]](), list[int](), list[int](), [], []
-        for number, cutter, path in ways:
-            if id(cutter) not in rises:
-                rises[id(cutter)] = _rises(cutter)
-            rows = self._rows(cutter, path) if rises[id(cutter)] else None
-            if rows is None:
-                reach = cutter.max_radius + (_tall(cutter) if isinstance(path, Turn) else 0.0)
-                foreign.append((number, *(path.bounds[0, :2] - reach), *(path.bounds[1, :2] + reach)))
-                continue
-            if id(cutter) not in tools:
-                tools[id(cutter)] = len(shapes)
-                shapes.append(cutter)
-            for row, box in rows:
-                packed.append(row)
-                boxes.append(box)
-                tool.append(tools[id(cutter)])
-                block.append(number)
-        self._ways = np.array(packed, dtype=np.float64).reshape(-1, 9)
-        self._boxes = np.array(boxes, dtype=np.float64).reshape(-1, 5)
-        self._tool, self._block = np.array(tool, dtype=np.int64), np.array(block, dtype=np.int64)
+        shapes = {id(way.cutter): way.cutter for way in ways}
+        places = {key: k for k, key in enumerate(shapes)}
+        profiles = list(shapes.values())
+        rises = np.array([_rises(cutter) for cutter in profiles], dtype=np.bool_)
+        tool = np.array([places[id(way.cutter)] for way in ways], dtype=np.int64)
+        block = np.array([way.block for way in ways], dtype=np.int64)
+        straight = np.array([type(way.path) is Line for way in ways], dtype=np.bool_)
+        at, rows, boxes = self._lines(ways, np.flatnonzero(straight & rises[tool]), tool, profiles)
+        taken, more = at.tolist(), list[tuple[int, tuple[float, ...], tuple[float, ...]]]()
+        for k in np.flatnonzero(~straight & rises[tool]).tolist():
+            more += [(k, row, box) for row, box in self._rows(ways[k].cutter, ways[k].path) or ()]
+        taken += [k for k, _, _ in more]
+        order = np.argsort(taken, kind="stable")
+        owner = np.array(taken, dtype=np.int64)[order]
+        self._ways = np.concatenate([rows, np.array([row for _, row, _ in more]).reshape(-1, 9)])[order]
+        self._boxes = np.concatenate([boxes, np.array([box for _, _, box in more]).reshape(-1, 5)])[order]
+        self._tool, self._block = tool[owner], block[owner]
+        foreign = list[tuple[float, ...]]()
+        for k in np.setdiff1d(np.arange(len(ways)), owner).tolist():
+            number, cutter, path = ways[k]
+            reach = cutter.max_radius + (_tall(cutter) if isinstance(path, Turn) else 0.0)
+            foreign.append((number, *(path.bounds[0, :2] - reach), *(path.bounds[1, :2] + reach)))
         self._foreign = np.array(foreign, dtype=np.float64).reshape(-1, 5)
         apart = (self._foreign[:, 3:] <= self._box[0, :2]) | (self._foreign[:, 1:3] >= self._box[1, :2])
         self._foreign = self._foreign[~apart.any(axis=1)]
-        self._tools, self._segments = _shapes(shapes)
+        self._tools, self._segments = _shapes(profiles)
 
     @property
     def is_whole(self) -> bool:
@@ -200,6 +199,24 @@ class UprightJudge:
         n = np.array([-e[1], e[0]])
         along = _Frame(way[1:3] - r * (e + n), (run + 2.0 * r) * e, 2.0 * r * n)
         return along if along.area < box.area else box
+
+    def _lines(
+        self, ways: Sequence[Way], at: Ints, tool: Ints, profiles: Sequence[Profile]
+    ) -> tuple[Ints, Floats, Floats]:
+        """Those of straight ways number `at` that are taken: their numbers, rows of `ways` (k, 9) and of `boxes` (k, 5)."""
+        if not len(at):
+            return at, np.zeros((0, 9)), np.zeros((0, 5))
+        some = [ways[k].path for k in at.tolist()]
+        start, end = (np.array([getattr(path, name) for path in some]) for name in ("start", "end"))
+        wide, low, top = np.array([(p.max_radius, p.z_min, p.z_max) for p in profiles])[tool[at]].T
+        low_tip, high_tip = np.minimum(start, end), np.maximum(start, end)
+        kept = ~(low_tip[:, 2] + top < self._box[1, 2])
+        rows = np.zeros((len(at), 9))
+        rows[:, 0], rows[:, 1:4], rows[:, 4:7] = _kernels.LINE, start, end - start
+        boxes = np.column_stack(
+            [low_tip[:, :2] - wide[:, None], high_tip[:, :2] + wide[:, None], low_tip[:, 2] + low]
+        )
+        return at[kept], rows[kept], boxes[kept]
 
     def _rows(
         self, cutter: Profile, path: Line | Arc | Turn
