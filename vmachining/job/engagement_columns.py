@@ -338,7 +338,9 @@ class _Pass:
         area, thick, ae, ap, fraction, planned = np.fmax.reduceat(seen.columns, begin).T
         # a chip of 1e-7 mm has no width that means something
         ae, ap = (np.where(depth < TOUCH_MM, 0.0, depth) for depth in (ae, ap))
-        rows[:, [0, 1, 2, 3, 4, 7]] = np.column_stack([ae, ap, fraction, scale * area, scale * thick, planned])
+        rows[:, [0, 1, 2, 3, 4, 7]] = np.column_stack(
+            [ae, ap, fraction, scale * area, scale * thick, planned]
+        )
         station = np.repeat(np.arange(len(asked)), lengths)
         out = _Chunk(
             np.full((len(numbers), len(CONTACT)), np.nan), np.ones(len(numbers), dtype=np.bool_), step,
