@@ -108,7 +108,8 @@ def test_faces_of_a_step_file_are_named_by_region(tmp_path):
     """A flat end on a level line: two planes, two flat sides, half a cylinder at either end."""
     sweep = vm.Sweep(vm.FlatEnd(diameter=2 * R, length=20), (0, 0, 0), (30, 0, 0))
     path = tmp_path / "sweep.step"
-    assert brep.write_sweep(path, sweep) == pytest.approx((np.pi * R**2 + 2 * R * 30) * 20, rel=1e-9)
+    _, written = brep.built_sweep(sweep, step=path)
+    assert written == pytest.approx((np.pi * R**2 + 2 * R * 30) * 20, rel=1e-9)
     text = path.read_text()
     assert sorted(re.findall(r"ADVANCED_FACE\('(\w*)'", text)) == ["egress", *4 * ["grazing"], "ingress"]
     assert "'vmachining'" in text[:1024]  # known as ours when it is written again

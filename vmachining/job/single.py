@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from vmachining.engines.brep.occt.tolerances import MISS_MM
 from vmachining.engines.mesh import solid
 from vmachining.errors import EngineError, SweepError
 from vmachining.interval import Interval
 from vmachining.job.brep import note_of
 from vmachining.job.files import atomic_path
 from vmachining.sweep import Sweep, Turn
+from vmachining.sweep.motion import GOOD
 from vmachining.tolerance import CHORD_MM
 
 ROUNDING = 1e-9
@@ -51,9 +53,10 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda 
     Returns
     -------
     Interval
-        lo and hi are the volumes of the inner and the outer solid of the mesh engine. estimate is the closed
-        form or flux integral where the sweep has one (`sweep.volume`), otherwise the volume of the fair solid,
-        or the end of the bracket it lies beyond. Not proven where the axis turns: outer meshes of whole sweeps are not.
+        lo and hi are the volumes of the inner and the outer solid of the mesh engine; where the axis turns, hi is not above
+        what the moving surface enters. estimate is the closed form or flux integral where the sweep has one (`sweep.volume`),
+        otherwise the volume of the fair solid, or the end of the bracket it lies beyond. Not proven where the axis turns: outer
+        meshes of whole sweeps are not.
 
     Raises
     ------
@@ -68,25 +71,24 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda 
     noise = ROUNDING * hi
     if lo > hi + noise:
         raise EngineError(f"the inner solid has {lo:.9g} mm3, the outer one {hi:.9g}", engine="mesh")
-    if exact is None:  # the fair solid is a guess: it moves neither bound
-        fair = _volume(sweep, chord, "fair", report)
-        found = Interval(min(lo, hi), min(max(fair, min(lo, hi)), hi), hi)
-    elif lo - noise <= exact <= hi + noise:
-        found = Interval(min(lo, exact), exact, max(hi, exact))
-    else:
+    if exact is not None and not lo - noise <= exact <= hi + noise:
         raise EngineError(
             f"the formula gives {exact:.9g} mm3, outside of [{lo:.9g}, {hi:.9g}]", engine="mesh"
         )
+    if standing is None:  # no volume is more than what is entered
+        hi = min(hi, max(sweep.flux().entered, lo))
+    if exact is None:  # the fair solid is a guess: it moves neither bound
+        exact = min(max(_volume(sweep, chord, "fair", report), min(lo, hi)), hi)
+    found = Interval(min(lo, exact), exact, max(hi, exact))
     return found if standing is not None else found.stated()
 
 
 def _first_look(sweep: Sweep) -> Interval:
-    """Bracket by coarse facets, which take less time than the flux integral and fine facets of a wide turn."""
-    lo, fair, hi = (
-        float(solid(sweep, chord=LOOK * sweep.profile.max_radius, side=side).volume())
-        for side in ("inner", "fair", "outer")
-    )
-    return Interval(lo, min(max(fair, lo), hi), hi, proven=False)
+    """Bracket by coarse facets inside and by what is entered, before the search for what is entered twice and fine facets."""
+    lo = float(solid(sweep, chord=LOOK * sweep.profile.max_radius, side="inner").volume())
+    flux = sweep.flux(GOOD)
+    hi = max(flux.entered, lo)
+    return Interval(lo, min(max(flux.volume, lo), hi), hi, proven=False)
 
 
 def _volume(sweep: Sweep, chord: float, side: Literal["inner", "fair", "outer"], report: Report) -> float:
@@ -134,43 +136,50 @@ def sweep_record(
     if not brep:
         return record | {"brep_note": "not asked"}
     report(f"B-rep solid, by OCCT in a separate process, within {seconds:g} s")
-    record |= _from_brep(sweep, bracket, seconds)
-    record["seconds"]["brep"] = time.perf_counter() - begin
-    if step is not None:
-        report(f"writing {step.name}")
-        record["step_refused"] = _not_written(sweep, step, record, seconds)
+
+    def solved(file: Path | None) -> None:
+        """All that OCCT is asked; the file last. Raises SweepError, EngineError: It is not written."""
+        from vmachining.engines import brep
+
+        with closing(
+            brep.isolated_steps(brep.built_sweep, sweep, _miss(sweep), file, seconds=seconds)
+        ) as steps:
+            record.update(_from_brep(sweep, bracket, steps, seconds))
+            record["seconds"]["brep"] = time.perf_counter() - begin
+            if step is None:
+                return
+            # several solids are valid one by one, whatever booleans of them say
+            if not record["brep_valid"] or (record["brep_mm3"] is None and record["brep_solids"] < 2):
+                raise SweepError(f"no B-rep solid to write: {record['brep_note']}")
+            report(f"writing {step.name}")
+            next(steps)
+
+    if step is None:
+        solved(None)
+        return record
+    record["step_refused"] = None
+    try:
+        with atomic_path(step) as temporary:
+            solved(temporary)
+    except (SweepError, EngineError) as exc:
+        record["step_refused"] = str(exc)
     return record
 
 
-def _not_written(sweep: Sweep, step: Path, record: Mapping[str, Any], seconds: float) -> str | None:
-    """Write the solids of a sweep; why not, or None."""
-    from vmachining.engines import brep
-
-    # several solids are valid one by one, whatever booleans of them say
-    if not record["brep_valid"] or (record["brep_mm3"] is None and record["brep_solids"] < 2):
-        return f"no B-rep solid to write: {record['brep_note']}"
-    try:
-        with atomic_path(step) as temporary:
-            brep.isolated(brep.write_sweep, temporary, sweep, *_miss(sweep), seconds=seconds)
-    except (SweepError, EngineError) as exc:
-        return str(exc)
-    return None
-
-
-def _miss(sweep: Sweep) -> tuple[float, ...]:
-    """What solids of this sweep may miss, if more than usual."""
+def _miss(sweep: Sweep) -> float:
+    """What solids of this sweep may miss (mm)."""
     if not isinstance(sweep.path, Turn) or sweep.upright() is not None:
-        return ()
+        return MISS_MM
     turn = np.arccos(np.clip(sweep.path.axis(0.0) @ sweep.path.axis(1.0), -1.0, 1.0))
-    return (WIDE_MISS_MM,) if turn > WIDE_RAD else ()
+    return WIDE_MISS_MM if turn > WIDE_RAD else MISS_MM
 
 
-def _from_brep(sweep: Sweep, bracket: Interval, seconds: float) -> dict[str, Any]:
-    """The columns brep_*."""
+def _from_brep(sweep: Sweep, bracket: Interval, steps: Iterator[Any], seconds: float) -> dict[str, Any]:
+    """The columns brep_* of what OCCT built."""
     from vmachining.engines import brep
 
     try:
-        described = brep.isolated(brep.described, sweep, *_miss(sweep), seconds=seconds)
+        described = next(steps)
     except (SweepError, EngineError) as exc:
         return {"brep_note": str(exc)}
     record = {

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
@@ -99,13 +100,16 @@ def changes(sweep: Sweep) -> list[Change]:
     path = sweep.path
     if isinstance(path, Line) or (isinstance(path, Turn) and path.is_steady and path.is_straight):
         return []
+    return list(_changes(sweep.profile, path))
+
+
+@lru_cache(maxsize=256)  # whoever builds solids asks several times
+def _changes(profile: Profile, path: Arc | Turn) -> list[Change]:
     found: list[Change] = []
-    grid = np.linspace(0.0, 1.0, GRID + 1)
-    known = _forms(path, grid)
-    for kind, z, g, accept in _functions(sweep.profile):
-        found += [
-            Change(t, kind, z) for t in _roots(g, path, grid, known) if accept(_forms(path, np.array([t])))
-        ]
+    grid, forms = np.linspace(0.0, 1.0, GRID + 1), _forms(path)
+    known = forms(grid)
+    for kind, z, g, accept in _functions(profile):
+        found += [Change(t, kind, z) for t in _roots(g, forms, grid, known) if accept(forms(np.array([t])))]
     found.sort()
     out: list[Change] = []
     for c in found:
@@ -190,26 +194,30 @@ def _pinch(r: float, z: float) -> Function:
     return g
 
 
-def _forms(path: Arc | Line | Turn, t: Floats) -> Forms:
+def _forms(path: Arc | Turn) -> Callable[[Floats], Forms]:
     """Scalars at times (n,), with bounds over the block."""
-    V = path.velocity(t)
     if isinstance(path, Turn):
-        A, S = path.axis(t), path.axis_rate(t)
         v1, v2, s1, s2 = (series.bound(k) for series in (path.tip_series, path.axis_series) for k in (1, 2))
     else:
-        A, S = np.broadcast_to([0.0, 0.0, 1.0], V.shape), np.zeros_like(V)
-        v1, v2, s1, s2 = path.length, 0.0, 0.0, 0.0
-        if isinstance(path, Arc):
-            v2 = path.angle**2 * path.radius
-    lift = Bounded((A * V).sum(1), v1, v2 + v1 * s1)
-    vv = Bounded((V * V).sum(1), v1 * v1, 2.0 * v1 * v2) + (lift * lift).times(-1.0)
-    vs = Bounded((V * S).sum(1), v1 * s1, v2 * s1 + v1 * s2)
-    ss = Bounded((S * S).sum(1), s1 * s1, 2.0 * s1 * s2)
-    cross = Bounded((np.cross(A, V) * S).sum(1), v1 * s1, v2 * s1 + v1 * s2 + v1 * s1 * s1)
-    return Forms(vv, vs, ss, lift, cross)
+        v1, v2, s1, s2 = path.length, path.angle**2 * path.radius, 0.0, 0.0
+
+    def forms(t: Floats) -> Forms:
+        V = path.velocity(t)
+        if isinstance(path, Turn):
+            A, S = path.axis(t), path.axis_rate(t)
+        else:
+            A, S = np.broadcast_to([0.0, 0.0, 1.0], V.shape), np.zeros_like(V)
+        lift = Bounded((A * V).sum(1), v1, v2 + v1 * s1)
+        vv = Bounded((V * V).sum(1), v1 * v1, 2.0 * v1 * v2) + (lift * lift).times(-1.0)
+        vs = Bounded((V * S).sum(1), v1 * s1, v2 * s1 + v1 * s2)
+        ss = Bounded((S * S).sum(1), s1 * s1, 2.0 * s1 * s2)
+        cross = Bounded((np.cross(A, V) * S).sum(1), v1 * s1, v2 * s1 + v1 * s2 + v1 * s1 * s1)
+        return Forms(vv, vs, ss, lift, cross)
+
+    return forms
 
 
-def _roots(g: Function, path: Arc | Line | Turn, grid: Floats, known: Forms) -> list[float]:
+def _roots(g: Function, forms: Callable[[Floats], Forms], grid: Floats, known: Forms) -> list[float]:
     """Zeros of g in (0, 1), sign changes and touches; `known` are the forms on an equal grid."""
     first = g(known)
     size = float(np.abs(first.value).max())
@@ -224,7 +232,7 @@ def _roots(g: Function, path: Arc | Line | Turn, grid: Floats, known: Forms) -> 
         if level == LEVELS - 1:
             break
         middle = 0.5 * (lo + hi)
-        between = g(_forms(path, middle)).value
+        between = g(forms(middle)).value
         lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
         at_lo, at_hi = np.concatenate([at_lo, between]), np.concatenate([between, at_hi])
 
@@ -234,7 +242,7 @@ def _roots(g: Function, path: Arc | Line | Turn, grid: Floats, known: Forms) -> 
     )
 
     def value(t: float) -> float:
-        return float(g(_forms(path, np.array([t]))).value[0])
+        return float(g(forms(np.array([t]))).value[0])
 
     order = np.argsort(lo)
     found = [

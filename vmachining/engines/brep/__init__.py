@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from vmachining.engines.brep.removal.workers import check_blocks, step_file
     from vmachining.engines.brep.swept import solid, solids
     from vmachining.engines.brep.workpiece.edges import BrepWorkpiece
-    from vmachining.engines.brep.write import described, write_solids, write_sweep
+    from vmachining.engines.brep.write import built_sweep, write_solids
     from vmachining.stock import Blank
 
 __all__ = [
@@ -57,8 +57,8 @@ __all__ = [
     "Inspection",
     "Status",
     "Verdict",
+    "built_sweep",
     "check_blocks",
-    "described",
     "held",
     "inspect",
     "isolated",
@@ -70,7 +70,6 @@ __all__ = [
     "step_file",
     "volume",
     "write_solids",
-    "write_sweep",
 ]
 
 _FILES = {
@@ -84,7 +83,7 @@ _FILES = {
     "removal.workers": ("check_blocks", "step_file"),
     "swept": ("solid", "solids"),
     "workpiece.edges": ("BrepWorkpiece",),
-    "write": ("described", "write_solids", "write_sweep"),
+    "write": ("built_sweep", "write_solids"),
 }
 _HOME = {name: file for file, names in _FILES.items() for name in names}
 

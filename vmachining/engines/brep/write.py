@@ -1,8 +1,8 @@
-"""`write_solids`: swept solids as a STEP file that reads back the same; `described`: what they are made of."""
+"""`write_solids`: swept solids as a STEP file that reads back the same; `built_sweep`: what they are made of."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,11 +25,8 @@ from vmachining.errors import EngineError
 from vmachining.sweep import Sweep
 from vmachining.sweep.regions import REGIONS, regions
 
-POINTS = 400
-"""At which a union is compared; five times as many on its faces."""
-
-LOOK = (0.02, 0.05)
-"""mm and rad of the triangles whose corners are these."""
+POINTS, ON = 400, 4000
+"""At which a union is compared: around it, and on its faces and edges."""
 
 STEP_MM, WORST = 1e-4, 10.0
 """Half of the way between points whose distances say where the surface is; the most that may be missing, in what was allowed."""
@@ -50,18 +47,35 @@ class Described(NamedTuple):
     points: int = 0
 
 
-def described(sweep: Sweep, miss_mm: float = MISS_MM) -> Described:
-    """What OCCT says about the solids of a sweep: numbers that travel between processes, as no shape does.
+def built_sweep(sweep: Sweep, miss_mm: float = MISS_MM, step: Path | None = None) -> Iterator[Any]:
+    """`Described`: what OCCT says about the solids of a sweep, numbers that travel between processes, as no shape does.
+
+    Then, where `step` is given, `write_solids` of them and the sum of their volumes as read back, mm^3: every face named and
+    coloured by its region, ingress, grazing or egress; "inside" where solids overlap and it lies inside of the sweep.
 
     miss_mm : as of `solids`. Solids that use it are compared with exact distances at points around the sweep.
 
-    Raises EngineError: One of these points, farther from the surface than the solids may be off, is on the wrong side.
+    Raises EngineError: One of these points, farther from the surface than the solids may be off, is on the wrong side; or as
+        `write_solids`.
     """
     parts = solids(sweep, miss_mm=miss_mm)
+    shapes = [part.shape for part in parts]
     fit, points = max(part.fit_mm for part in parts), 0
     if fit > MISS_MM:
-        fit, points = compared(sweep, [part.shape for part in parts], fit)
-    return Described(tuple(inspect(part.shape) for part in parts), fit, points)
+        fit, points = compared(sweep, shapes, fit)
+    yield Described(tuple(inspect(shape) for shape in shapes), fit, points)
+    if step is not None:
+        yield write_solids(step, shapes, _labelled(sweep, shapes))
+
+
+def _labelled(sweep: Sweep, shapes: Sequence[Any]) -> list[LabelledFace]:
+    """Faces with the names of their regions."""
+    faces = [face for shape in shapes for face in faces_of(shape)]
+    points = np.array([point_inside(face) for face in faces])
+    inside = sweep.signed_distance(points) < -INSIDE_MM
+    kinds = np.where(inside, len(REGIONS), regions(sweep, points)).tolist()
+    names = (*REGIONS, "inside")
+    return [LabelledFace(face, names[k], SHADES[k]) for face, k in zip(faces, kinds, strict=True)]
 
 
 def compared(sweep: Sweep, shapes: Sequence[Any], fit_mm: float) -> tuple[float, int]:
@@ -82,8 +96,8 @@ def compared(sweep: Sweep, shapes: Sequence[Any], fit_mm: float) -> tuple[float,
         raise EngineError(
             f"the solids are wrong at {wrong} of {clear.sum()} points by exact distances", engine="brep"
         )
-    on = np.concatenate([points_on(face, *LOOK) for shape in shapes for face in faces_of(shape)])
-    on = on[rng.permutation(len(on))[: 5 * POINTS]]
+    faces = [face for shape in shapes for face in faces_of(shape)]
+    on = np.concatenate([points_on(face, -(-ON // (2 * len(faces))), rng) for face in faces])
     deep = sweep.signed_distance(on)
     if deep.max() > fit_mm:
         raise EngineError(f"the solids leave the sweep by {deep.max():.2g} mm", engine="brep")
@@ -101,21 +115,6 @@ def compared(sweep: Sweep, shapes: Sequence[Any], fit_mm: float) -> tuple[float,
         if off > WORST * fit_mm:
             raise EngineError(f"the solids lack more than {off:.2g} mm of the sweep", engine="brep")
     return off, count
-
-
-def write_sweep(path: Path, sweep: Sweep, miss_mm: float = MISS_MM) -> float:
-    """`write_solids` of the solids of a sweep, every face named and coloured by its region: ingress, grazing or egress.
-
-    Where solids overlap, a face inside of the sweep is named "inside".
-    """
-    shapes = [part.shape for part in solids(sweep, miss_mm=miss_mm)]
-    faces = [face for shape in shapes for face in faces_of(shape)]
-    points = np.array([point_inside(face) for face in faces])
-    inside = sweep.signed_distance(points) < -INSIDE_MM
-    kinds = np.where(inside, len(REGIONS), regions(sweep, points)).tolist()
-    names = (*REGIONS, "inside")
-    labelled = [LabelledFace(face, names[k], SHADES[k]) for face, k in zip(faces, kinds, strict=True)]
-    return write_solids(path, shapes, labelled)
 
 
 def write_solids(path: Path, shapes: Sequence[Any], faces: Sequence[LabelledFace] = ()) -> float:

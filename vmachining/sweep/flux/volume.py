@@ -42,17 +42,23 @@ ROUNDS = 40
 
 
 class FluxVolume(NamedTuple):
-    """body + flux - again = volume, mm^3; error is an estimate of the error of the volume."""
+    """body + flux - again = volume, mm^3; error is an estimate of the error of the volume, slack of what is in body + flux."""
 
     body: float
     flux: float
     again: float
     error: float
+    slack: float
 
     @property
     def volume(self) -> float:
         """mm^3."""
         return self.body + self.flux - self.again
+
+    @property
+    def entered(self) -> float:
+        """mm^3: what is entered, once per entry, which no volume exceeds."""
+        return self.body + self.flux + self.slack
 
 
 def flux_volume(
@@ -83,7 +89,8 @@ def flux_volume(
 
     flux, flux_error = _adaptive(speed, 1e-11 * profile.volume)
     again, again_error = _again(faces, beta, terms, packed, wanted * (profile.volume + flux), patience)
-    return FluxVolume(profile.volume, flux, again, flux_error + again_error + ROUNDING * profile.volume)
+    slack = flux_error + ROUNDING * profile.volume
+    return FluxVolume(profile.volume, flux, again, again_error + slack, slack)
 
 
 def _again(

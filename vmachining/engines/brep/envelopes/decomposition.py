@@ -187,6 +187,7 @@ class _Work(Generic[T]):
         self.off = 0.0
         self.is_wide = miss_mm > MISS_MM
         self.jumps = [t for t in (0.0, 1.0) if self.is_wide and _lift_at(path, t) <= PLANAR]
+        self.cut = {(0.0, 1.0): path}
         self.known: dict[tuple[int, float, float], tuple[Profile, list[T] | SweepError | EngineError]] = {}
 
     def solids(self, profile: Profile) -> list[T]:
@@ -202,7 +203,7 @@ class _Work(Generic[T]):
 
     def parts(self, profile: Profile, a: float, b: float, depth: int) -> list[_Found[T]]:
         """From t = a to b."""
-        part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
+        part = self._part(a, b)
         reason = self._built(profile, a, b)
         if isinstance(reason, list):
             return [_Found(profile, None, reason)]
@@ -231,14 +232,19 @@ class _Work(Generic[T]):
             raise reason
         return found
 
+    def _part(self, a: float, b: float) -> Turn:
+        """The motion from t = a to b, the same every time: what is known of it is kept under its name."""
+        if (a, b) not in self.cut:
+            self.cut[a, b] = self.path.part(a, b)
+        return self.cut[a, b]
+
     def _built(self, profile: Profile, a: float, b: float) -> list[T] | SweepError | EngineError:
         """One envelope from t = a to b, or why none exists."""
         key = (id(profile), a, b)
         if key not in self.known:
-            part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
             made: list[T] | SweepError | EngineError
             try:
-                made = self.build(profile, part, self.off, self._soft(a, b))
+                made = self.build(profile, self._part(a, b), self.off, self._soft(a, b))
             except (SweepError, EngineError) as error:
                 made = error
             self.known[key] = profile, made  # a profile that is let go would leave its number to another one

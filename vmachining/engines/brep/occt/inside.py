@@ -9,7 +9,6 @@ counts where each face that OCCT has no answer for is passed at a distance, whic
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -21,10 +20,10 @@ from vmachining.errors import EngineError
 FAR_MM = 1e6
 
 RAYS = 3
-"""Rays of a point; the majority counts, as one may touch a face or an edge."""
+"""Rays of a point; the majority counts, as one may touch a face or an edge: two that agree are one."""
 
 TRIES = 12
-"""Directions tried until `RAYS` of them have an answer."""
+"""Directions tried until a majority of `RAYS` agree."""
 
 
 def held(shapes: Sequence[Any], points: Floats) -> Bools:
@@ -34,17 +33,25 @@ def held(shapes: Sequence[Any], points: Floats) -> Bools:
     """
     rng = np.random.default_rng(4)
     out = np.zeros(len(points), dtype=np.bool_)
-    for shape in shapes:
-        faces = _Faces(shape)
+    for faces in sorted(
+        map(_Faces, shapes), key=lambda faces: -faces.whole.SquareExtent()
+    ):  # large ones hold most
         for k in np.flatnonzero(~out):
-            told = (faces.odd(points[k], way) for way in rng.normal(size=(TRIES, 3)))
-            votes = list(islice((odd for odd in told if odd is not None), RAYS))
-            if len(votes) < RAYS:
+            if faces.is_far(points[k]):
+                continue
+            votes = [0, 0]
+            for way in rng.normal(size=(TRIES, 3)):
+                odd = faces.odd(points[k], way)
+                if odd is not None:
+                    votes[odd] += 1
+                if 2 * max(votes) > RAYS:
+                    break
+            else:
                 place = np.array2string(points[k], precision=6)
                 raise EngineError(
                     f"OCCT cannot tell where lines through {place} mm meet a solid", engine="brep"
                 )
-            out[k] = 2 * sum(votes) > RAYS
+            out[k] = votes[1] > votes[0]
     return out
 
 
@@ -70,12 +77,20 @@ class _Faces:
         from OCP.TopoDS import TopoDS
 
         self.faces: list[tuple[Any, Any]] = []
+        self.whole = Bnd_Box()
         found = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
         while found.More():
             face, box = TopoDS.Face_s(found.Current()), Bnd_Box()
             BRepBndLib.Add_s(face, box)
+            self.whole.Add(box)
             self.faces.append((IntCurvesFace_Intersector(face, CONFUSION_MM), box))
             found.Next()
+
+    def is_far(self, point: Floats) -> bool:
+        """Whether a point lies outside of the box around all faces."""
+        from OCP.gp import gp_Pnt
+
+        return bool(self.whole.IsOut(gp_Pnt(*point.tolist())))
 
     def odd(self, point: Floats, way: Floats) -> bool | None:
         """Whether a ray leaves through the faces an odd number of times; None where OCCT cannot tell.

@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 from OCP.BinTools import BinTools
 from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
-from OCP.gp import gp_Pnt
-from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+from OCP.BRepTools import BRepTools
+from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
+from OCP.gp import gp_Pnt, gp_Pnt2d
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum, TopAbs_State
 from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shape
@@ -21,7 +24,7 @@ from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.brep.occt.measure import volume
-from vmachining.engines.brep.occt.tolerances import CRUMB_MM3
+from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, CRUMB_MM3
 from vmachining.errors import EngineError
 
 
@@ -69,11 +72,20 @@ def triangles_of(face: Any) -> tuple[Floats, Ints] | None:
     return points, np.array(corners, dtype=np.int64).reshape(-1, 3)[:, :: -1 if turned else 1] - 1
 
 
-def points_on(face: Any, chord_mm: float, turn_rad: float) -> Floats:
-    """(n, 3) mm: the corners of its triangles, which lie on a face; none where OCCT cannot mesh it."""
-    BRepMesh_IncrementalMesh(face, chord_mm, False, turn_rad, True)
-    meshed = triangles_of(face)
-    return np.zeros((0, 3)) if meshed is None else meshed[0]
+def points_on(face: Any, count: int, rng: np.random.Generator) -> Floats:
+    """(n, 3) mm: random points of a face, up to so many in its inside and on its edges each."""
+    surface, inside = BRepAdaptor_Surface(face), BRepTopAdaptor_FClass2d(face, CONFUSION_MM)
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    places = rng.uniform((u0, v0), (u1, v1), (4 * count, 2)).tolist()
+    held = [p for p in places if inside.Perform(gp_Pnt2d(*p)) == TopAbs_State.TopAbs_IN][:count]
+    points = [surface.Value(u, v) for u, v in held]
+    edges = [TopoDS.Edge_s(edge) for edge in _each(face, TopAbs_ShapeEnum.TopAbs_EDGE)]
+    edges = [edge for edge in edges if not BRep_Tool.Degenerated_s(edge)]
+    for edge in edges:
+        curve = BRepAdaptor_Curve(edge)
+        ends = curve.FirstParameter(), curve.LastParameter()
+        points += [curve.Value(t) for t in rng.uniform(*ends, -(-count // len(edges))).tolist()]
+    return np.array([(p.X(), p.Y(), p.Z()) for p in points]).reshape(-1, 3)
 
 
 def has_loose_faces(shape: Any) -> bool:
