@@ -35,6 +35,16 @@ class PenError(Exception):
         self.code, self.word, self.hint = code, word, hint
 
 
+def refused(what: str, word: str = "", hint: str = "") -> PenError:
+    """What is not read."""
+    return PenError("E208", f"{what} is not supported", word, hint)
+
+
+def misread(text: str) -> PenError:
+    """A part of a block that follows no form that is known."""
+    return PenError("E109", f"'{text}' is not understood", text)
+
+
 class Corner(NamedTuple):
     """Waiting between two segments; feed : mm/min or None. soft : where two cutting moves of the plane meet, else none."""
 
@@ -95,6 +105,10 @@ class Placing:
         col = max(self.text.upper().find(word.upper()), 0) + 1 if word else 1
         found = finding(code, self.line, self.n, message, word[:40], col)
         self.findings.append(found._replace(hint=hint or found.hint))
+
+    def accept(self, what: str, word: str, once: str) -> None:
+        """Note that it changes no path, once for this key."""
+        self.note("I408", f"{what} does not change the path: accepted", word, once=once)
 
     def _move(self, motion: Motion, end: Point, feed: float | None) -> Move:
         if len(self.moves) > MAX_MOVES:

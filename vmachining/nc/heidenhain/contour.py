@@ -16,7 +16,7 @@ from vmachining.nc.arcs import PLANES, ArcError, Plane, center_from_radius
 from vmachining.nc.heidenhain.text import Word
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, refused
 
 if TYPE_CHECKING:
     from vmachining.nc.heidenhain.control import Control
@@ -152,7 +152,7 @@ class Contour:
         given, rotary = self.target([w for w in words if w.key not in ("NX", "NY", "NZ", "TX", "TY", "TZ")])
         parts = {w.key: q.number(w.value) for w in words if w.key in ("TX", "TY", "TZ", "NX", "NY", "NZ")}
         if self.pen.allowance != (0.0, 0.0):
-            raise PenError("E208", "LN with DL or DR is compensation in space, which is not supported", "LN")
+            raise refused("LN with DL or DR is compensation in space, which", "LN")
         axis = None
         if any(k.startswith("T") for k in parts):
             if not {"TX", "TY", "TZ"} <= set(parts):

@@ -10,7 +10,7 @@ from vmachining.nc.execution import Block, Decode
 from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.definitions import Definitions
 from vmachining.nc.heidenhain.text import Word, blocks, words
-from vmachining.nc.placing import EdgeFeed, PenError
+from vmachining.nc.placing import EdgeFeed, PenError, misread, refused
 from vmachining.nc.settings import Settings
 
 NOTED_M: Final = frozenset(
@@ -124,7 +124,7 @@ class Control(Definitions):
         """Words of a block, those of M codes under separate keys ("M140 F")."""
         found, left = words(_CLAMPED.sub(r"\1", text))
         if left:
-            raise PenError("E109", f"'{left[:30]}' is not understood", left[:30])
+            raise misread(left[:30])
         out, owner = [], 0
         for word in found:
             if word.key == "M":
@@ -180,13 +180,13 @@ class Control(Definitions):
                 feed = self._feed(word)
                 pen.feed, pen.feed_mode = feed and feed * (pen.teeth() if key == "FZ" else 1), "rev"
             elif key == "FT":
-                raise PenError("E208", "FT, a feed by time, is not supported", word.text, "write F")
+                raise refused("FT, a feed by time,", word.text, "write F")
             elif key == "COMP" and value != "R":
                 self.comp = {"R0": 0, "RL": 1, "RR": -1}[value]
                 if moves and not defer:
                     pen.compensate(self.comp)
             elif key == "PAR":
-                raise PenError("E208", f"{value}, compensation along one axis, is not supported", value)
+                raise refused(f"{value}, compensation along one axis,", value)
             elif key == "M":
                 self._m(int(self.q.number(value)), word, later, given)
             elif key in ("H", "E", "T", "S", "LA", "P") and not any(w.key == "M" for w in given):

@@ -15,7 +15,7 @@ from vmachining.nc.heidenhain.flow import Flow
 from vmachining.nc.heidenhain.planes import euler, projected, spatial, vectors
 from vmachining.nc.heidenhain.text import words
 from vmachining.nc.model import ASSUMED_RPM
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, misread, refused
 
 _SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\s*\.\s*(\d{1,2})\s*(.*)")
 _CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\b\s*(.*)")
@@ -124,12 +124,10 @@ class Definitions(Flow):
             return
         found = _TOOL.fullmatch(text)
         if found is None:
-            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+            raise misread(text[:40])
         name, axis, rest = found[1], found[2], found[3]
         if axis not in (None, "Z"):
-            raise PenError(
-                "E208", f"tool axis {axis} is not supported", axis, "post the program for tool axis Z"
-            )
+            raise refused(f"tool axis {axis}", axis, "post the program for tool axis Z")
         given = {key: self.q.number(value) for key, value in _DELTA.findall(rest)}
         pen = self.pen
         if name is not None:
@@ -140,7 +138,7 @@ class Definitions(Flow):
             pen.flush()
             pen.allowance = given.get("DL", 0.0) * pen.scale, given.get("DR", 0.0) * pen.scale
         if given.get("DR2"):
-            raise PenError("E208", "DR2, another corner radius, is not supported", "DR2")
+            raise refused("DR2, another corner radius,", "DR2")
         if given.get("VC", 0.0) > 0.0:
             given["S"] = self._speed_of(given["VC"])
         if "S" in given:
@@ -206,7 +204,7 @@ class Definitions(Flow):
             return
         found = _CYCLE.match(text)
         if found is None:
-            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+            raise misread(text[:40])
         number = int(found[1])
         values: dict[str, float] = {}
         if number in cycles.HOLES or number in milling.BUILT:
@@ -263,7 +261,7 @@ class Definitions(Flow):
         """GLOBAL DEF: values that cycles take by PREDEF."""
         found = re.match(r"GLOBAL\s+DEF\s+\d{3}\b(.*)", text)
         if found is None:
-            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+            raise misread(text[:40])
         given = {key: self._value(key, value.replace(" ", "")) for key, value in _VALUES.findall(found[1])}
         self.predefined = {**(self.predefined or {}), **given}
 
@@ -293,12 +291,7 @@ class Definitions(Flow):
         if number in cycles.OLD:
             self.cycle = (number, {})
         elif number in (13, 32):
-            self.pen.note(
-                "I408",
-                f"cycle {number} does not change the path: accepted",
-                f"CYCL DEF {number}",
-                once=f"cycle {number}",
-            )
+            self.pen.accept(f"cycle {number}", f"CYCL DEF {number}", f"cycle {number}")
         else:
             self.cycle = (-number, {})
             raise _refused(number)
@@ -318,7 +311,7 @@ class Definitions(Flow):
             if word.key in AXES:
                 given[AXES[word.key]] = self.q.number(word.value) * self.pen.scale, word.incremental
             elif word.key in "ABCUVW" and self.q.number(word.value) != 0.0:
-                raise PenError("E208", f"a datum shift of axis {word.key} is not supported", word.text)
+                raise refused(f"a datum shift of axis {word.key}", word.text)
         if given:
             self._replan(lambda: self.planes.datum(given))
 
@@ -449,9 +442,7 @@ class Definitions(Flow):
                 raise PenError("E109", "PLANE RELATIV takes one angle", "PLANE")
             rows = matmul(self.planes.rotation, axis_turn("ABC".index(given[0][2]), values[given[0]]))
         else:
-            raise PenError(
-                "E208", f"PLANE {kind} is not supported", f"PLANE {kind}", "post it as PLANE SPATIAL"
-            )
+            raise refused(f"PLANE {kind}", f"PLANE {kind}", "post it as PLANE SPATIAL")
         self._tilt(rows, how)
 
     def _do_function(self, text: str) -> None:
@@ -460,9 +451,7 @@ class Definitions(Flow):
         elif re.match(r"FUNCTION\s+TCPM\b", text):
             for wrong, right in _TCPM.items():
                 if wrong in text:
-                    raise PenError(
-                        "E208", f"FUNCTION TCPM with {wrong} is not supported", wrong, f"post it with {right}"
-                    )
+                    raise refused(f"FUNCTION TCPM with {wrong}", wrong, f"post it with {right}")
             self.pen.set_tcp(True)
         elif (wait := re.match(r"FUNCTION\s+DWELL\s+(TIME|REV)\s*(\S+)", text)) is not None:
             value = self.q.number(wait[2])
@@ -479,13 +468,13 @@ class Definitions(Flow):
                 once="AFC",
             )
         else:
-            raise PenError("E208", f"{text[:40]} is not supported", text[:30])
+            raise refused(f"{text[:40]}", text[:30])
 
     def _do_trans(self, text: str) -> None:
         found = re.match(r"TRANS\s+(DATUM|MIRROR|ROTATION|SCALE)\s+(AXIS|RESET|I?ROT|SCL)\b\s*(.*)", text)
         found = found or re.match(r"TRANS\s+(ROTATION|SCALE)\s+(I?ROT|SCL)()", text)
         if found is None:
-            raise PenError("E208", f"{text[:40]} is not supported", text[:30])
+            raise refused(f"{text[:40]}", text[:30])
         reset = found[2] == "RESET"
         if found[1] == "DATUM" and reset:
             self._replan(lambda: self.planes.datum(dict.fromkeys(range(3), (0.0, False))))
@@ -530,7 +519,7 @@ class Definitions(Flow):
         if kind < 0:
             return  # refused when it was defined
         if kind not in cycles.HOLES and kind not in milling.BUILT:
-            raise PenError("E208", f"a pattern of cycle {kind} is not supported", "CYCL DEF")
+            raise refused(f"a pattern of cycle {kind}", "CYCL DEF")
         own = {**own, **{k: v for k, v in values.items() if k in ("Q200", "Q203", "Q204")}}
         pen, k = self.pen, self.pen.scale
         up = own.get("Q203", 0.0) + max(own.get("Q204", 0.0), own.get("Q200", 0.0))

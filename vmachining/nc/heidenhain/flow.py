@@ -11,7 +11,7 @@ from vmachining.nc.heidenhain.contour import AXES
 from vmachining.nc.heidenhain.parameters import Parameters
 from vmachining.nc.heidenhain.planes import Planes
 from vmachining.nc.heidenhain.text import Word, blocks
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, misread, refused
 from vmachining.nc.settings import Settings
 
 _LABEL: Final = re.compile(r'LBL\s*(?:(\d+)|"([^"]*)"|([A-Z_]\w*))$')
@@ -91,7 +91,7 @@ class Flow(Execution):
             return
         rest = self._read_words(text)
         if not rest:
-            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+            raise misread(text[:40])
         if all(w.key not in ("PR", "PA") for w in rest) and any(w.key in AXES for w in rest):
             line = _SIMPLE.match("L")  # a block parallel to an axis, by the axis keys: X+20 R0 F100
             assert line is not None
@@ -141,7 +141,7 @@ class Flow(Execution):
         if (found := _PGM.match(text)) is not None:
             self._call_file(found[1])
             return
-        raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+        raise misread(text[:40])
 
     def _do_pgm(self, text: str) -> None:
         self._do_call(text)
@@ -151,7 +151,7 @@ class Flow(Execution):
             self.selected = found[1]
             return
         if re.match(r"SEL\s+(?:TABLE|PATTERN|CORR-TABLE|CONTOUR|CYCLE)", text) is None:
-            raise PenError("E208", f"{text[:40]} is not supported", text[:20])
+            raise refused(f"{text[:40]}", text[:20])
         self.pen.note("I408", f"{text[:20]}: what uses it is refused", text[:20], once=text[:9])
 
     def _call_file(self, name: str) -> None:
@@ -169,7 +169,7 @@ class Flow(Execution):
     def _do_begin(self, text: str) -> None:
         found = re.match(r"BEGIN\s+PGM\b\s*(.*?)\s*\b(MM|INCH|IN)?\s*$", text)
         if found is None:
-            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+            raise misread(text[:40])
         scale = 25.4 if found[2] in ("INCH", "IN") else 1.0
         if self.begun and scale != self.pen.scale:
             raise PenError("E208", "a called program in another unit", found[2] or "")

@@ -23,7 +23,7 @@ from vmachining.nc.heidenhain.patterns import need
 from vmachining.nc.milled import ArcSlot, Cut, Face, Rounded, face, mill, stud_blank
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, refused
 
 BUILT: Final = frozenset({232, 251, 252, 253, 254, 256, 257})
 
@@ -53,12 +53,7 @@ class _Cycle:
         """Q367."""
         at = self.values.get("Q367", 0.0)
         if at != int(at) or not 0 <= at <= most:
-            raise PenError(
-                "E208",
-                f"cycle {self.number} with Q367={at:g} is not supported",
-                "Q367",
-                "call it in the middle",
-            )
+            raise refused(f"cycle {self.number} with Q367={at:g}", "Q367", "call it in the middle")
         return int(at)
 
     def cut(self, plunge: str) -> Cut:
@@ -68,7 +63,7 @@ class _Cycle:
         if depth > 0.0:
             raise PenError("E337", f"cycle {self.number} mills upwards: Q201 is above zero", "Q201")
         if kind not in (0.0, 1.0, 2.0):
-            raise PenError("E208", f"cycle {self.number} with Q215={kind:g} is not supported", "Q215")
+            raise refused(f"cycle {self.number} with Q215={kind:g}", "Q215")
         clearance = abs(self.length("Q200"))
         radius = self.pen.radius() if self.pen.has_radius() else 0.0
         return Cut(
@@ -117,7 +112,7 @@ def _shape(job: _Cycle) -> tuple[Rounded, Cut]:
         return Rounded(*middle, along, across, across, turn), job.cut("down" if way == "down" else "ramp")
     turn, corner = job.values.get("Q224", 0.0), job.length("Q220")
     if corner < 0.0:
-        raise PenError("E208", "cycle 256 with chamfers (Q220 below zero) is not supported", "Q220")
+        raise refused("cycle 256 with chamfers (Q220 below zero)", "Q220")
     u, v = ((0.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))[job.place(4)]
     cut = job.cut(way)
     if cut.outside:
@@ -152,7 +147,7 @@ def _face(job: _Cycle) -> None:
     job.need("Q225", "Q226", "Q227", "Q386", "Q218", "Q219", "Q202", "Q200")
     way = job.values.get("Q389", 0.0)
     if way not in (0.0, 1.0, 2.0):
-        raise PenError("E208", f"cycle 232 with Q389={way:g} is not supported", "Q389")
+        raise refused(f"cycle 232 with Q389={way:g}", "Q389")
     top, bottom, floor = job.length("Q227"), job.length("Q386"), job.length("Q369")
     radius = job.pen.radius() if job.pen.has_radius() else 0.0
     # the step of the manual: the factor times the tool radius, so that passes overlap evenly

@@ -9,7 +9,7 @@ from typing import Final
 from vmachining.nc.arcs import ArcError, center_from_radius
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, refused
 from vmachining.nc.sinumerik.modes import Modes
 from vmachining.nc.sinumerik.text import Word
 
@@ -167,12 +167,7 @@ class Control(Modes):
     def _vector(self, found: list[Word]) -> Point | None:
         parts = {name: self._get(found, name) for name in ("A3", "B3", "C3")}
         if any(w.name in ("A2", "B2", "C2", "A4", "B4", "C4", "A5", "LEAD", "TILT", "THETA") for w in found):
-            raise PenError(
-                "E208",
-                "orientation by A2, A4, A5, LEAD or TILT is not supported",
-                "A2",
-                "post it as A3 B3 C3",
-            )
+            raise refused("orientation by A2, A4, A5, LEAD or TILT", "A2", "post it as A3 B3 C3")
         if all(v is None for v in parts.values()):
             return None
         if not self.pen.tcp:

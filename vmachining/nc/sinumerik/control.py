@@ -8,7 +8,7 @@ from typing import Final
 
 from vmachining.nc.execution import Block, Decode, Execution
 from vmachining.nc.formula import FormulaError, evaluate
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, misread, refused
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.text import arguments, units
 
@@ -156,7 +156,7 @@ class Flow(Execution):
         if re.match(r"\$P_\w*FR(?:AME)?\b|\$M[ACN]_", base):
             raise PenError("E208", f"{base} sets a frame or the data of the machine", base,
                            "write TRANS and ROT, or give the work offsets in the job")  # fmt: skip
-        pen.note("I408", f"{base}= does not change the path: accepted", base, once=base)
+        pen.accept(f"{base}=", base, base)
 
     # ---- running ----
 
@@ -358,7 +358,7 @@ class Flow(Execution):
     def _on_call(self, rest: str, text: str) -> None:
         found = re.match(r'"([^"]*)"|([A-Z_]\w*)[ ]*(?:\((.*)\))?', rest)
         if found is None or rest.startswith("BLOCK"):
-            raise self.lost(PenError("E208", f"{text[:30]} is not supported", text[:20]))
+            raise self.lost(refused(f"{text[:30]}", text[:20]))
         self.pen.flush()
         self.call(found[1] or found[2], arguments(found[3] or ""))
 
@@ -389,7 +389,7 @@ class Flow(Execution):
             rest,
         )
         if found is None:
-            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+            raise misread(text[:40])
         for part in arguments(found[2]):
             name, equal, value = part.partition("=")
             name, value = name.strip(), value.strip()

@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, refused
 
 CYCLES: Final = frozenset({81, 82, 83, 84, 85, 86, 87, 88, 89, 840})
 PATTERNS: Final = ("HOLES1", "HOLES2", "CYCLE801", "CYCLE802")
@@ -177,7 +177,7 @@ def points(name: str, values: Values) -> list[tuple[float, float]]:
         return out
     masks = [f"{values[i]:.0f}" if i < len(values) and values[i] is not None else "" for i in (0, 1)]
     if not all(mask and set(mask) == {"1"} for mask in masks):
-        raise PenError("E208", "CYCLE802 with incremental positions is not supported", "CYCLE802")
+        raise refused("CYCLE802 with incremental positions", "CYCLE802")
     rest = list(values[2:])
     pairs = [(rest[i], rest[i + 1]) for i in range(0, min(len(rest) - 1, 2 * len(masks[0])), 2)]
     return [(x, y) for x, y in pairs if x is not None and y is not None]

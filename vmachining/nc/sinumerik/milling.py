@@ -27,7 +27,7 @@ from typing import Final
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.milled import ArcSlot, Cut, Face, Rounded, face, mill, stud_blank
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, refused
 from vmachining.nc.sinumerik.cycles import one_depth
 
 _COMMON: Final = "RTP RFP SDIS DP"
@@ -110,8 +110,9 @@ class _Values:
         units, tens = _digit(kind, 0), _digit(kind, 1)
         old = self.name in _OLD
         if units > 2 or (units == 0 and not old):
-            raise PenError("E208", f"{self.name} with VARI {kind} is not supported", self.name,
-                           "post the motions of the cycle as blocks")  # fmt: skip
+            raise refused(
+                f"{self.name} with VARI {kind}", self.name, "post the motions of the cycle as blocks"
+            )
         turn = int(self["CDIR"])
         right = self.pen.rpm >= 0.0
         outside = self.name in ("CYCLE76", "CYCLE77")
@@ -157,7 +158,7 @@ def milled(pen: Pen, name: str, given: Sequence[float | None]) -> None:
         cut = v.cut()
         if cut.outside:
             if _digit(v["VARI"], 1):
-                raise PenError("E208", f"CYCLE76 with VARI {v['VARI']:g} is not supported", name)
+                raise refused(f"CYCLE76 with VARI {v['VARI']:g}", name)
             cut = cut._replace(
                 blank=stud_blank((along, across), abs(v["CRAD"]), (abs(v["AP1"]) / 2.0, abs(v["AP2"]) / 2.0))
             )
@@ -186,14 +187,9 @@ def _face(v: _Values) -> None:
     kind = int(v["VARI"])
     units, way = _digit(kind, 0), _digit(kind, 1)
     if units not in (1, 2) or way not in (1, 2, 3, 4):
-        raise PenError(
-            "E208",
-            f"{v.name} with VARI {kind} is not supported",
-            v.name,
-            "post the motions of the cycle as blocks",
-        )
+        raise refused(f"{v.name} with VARI {kind}", v.name, "post the motions of the cycle as blocks")
     if v.given.get("LIM"):
-        raise PenError("E208", f"{v.name} with sides that limit it is not supported", v.name)
+        raise refused(f"{v.name} with sides that limit it", v.name)
     x, y, along, across = v["PA"], v["PO"], v["LENG"], v["WID"]
     if v.name == "CYCLE61" and (x or y):
         if not v.new:

@@ -11,7 +11,7 @@ from typing import Any, Final
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.execution import MILLS, Decode
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, misread, refused
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik import cycles
 from vmachining.nc.sinumerik.known import (
@@ -96,7 +96,7 @@ class Modes(Turning):
             return
         found, left = words(rest)
         if left or not found or found[0].kind not in ("call", "key"):
-            raise PenError("E109", f"'{rest[:40]}' is not understood", rest[:40])
+            raise misread(rest[:40])
         self.modal = (found[0].name, found[0].value)
         self._check_cycle(found[0].name)
         self._words(" ".join(w.text for w in found[1:])) if len(found) > 1 else None
@@ -114,7 +114,7 @@ class Modes(Turning):
     def _words(self, text: str) -> None:
         found, left = words(text)
         if left:
-            raise PenError("E109", f"'{left[:30]}' is not understood", left[:30])
+            raise misread(left[:30])
         gs = [self.number(w.value, w.text) for w in found if w.kind == "word" and w.name == "G"]
         self._g_modes(gs, found)
         after = self._settings(found)
@@ -165,15 +165,13 @@ class Modes(Turning):
             elif code == 500.0:
                 self.work = 500.0
             elif code in GNOTED:
-                pen.note(
-                    "I408", f"G{code:g} does not change the path: accepted", f"G{code:g}", once=f"G{code:g}"
-                )
+                pen.accept(f"G{code:g}", f"G{code:g}", f"G{code:g}")
             elif code == 291.0:
                 raise self.lost(PenError("E208", "G291: from here on the program is in the language of Fanuc's controls", "G291",
                                          'give that part as a separate program: dialect = "fanuc"'))  # fmt: skip
             elif code not in KNOWN:
                 hint = "settable offsets are G54 to G57 and G505 to G599" if 501.0 <= code <= 504.0 else ""
-                raise PenError("E208", f"G{code:g} is not supported", f"G{code:g}", hint)
+                raise refused(f"G{code:g}", f"G{code:g}", hint)
 
     def _settings(self, found: list[Word]) -> list[Callable[[], None]]:
         """F S T D M, variables, keywords; returns what acts after the motion."""
@@ -256,7 +254,7 @@ class Modes(Turning):
         name = word.name
         if name in USED or (word.kind == "word" and name in "GMPHE"):
             if name in "HE":
-                self.pen.note("I408", f"{name} does not change the path: accepted", word.text, once=name)
+                self.pen.accept(f"{name}", word.text, name)
             return True
         base = name.split("[", 1)[0]
         if base in FEED_SET:
@@ -265,7 +263,7 @@ class Modes(Turning):
             )
             return True
         if base in NOTED_SET:
-            self.pen.note("I408", f"{base}= does not change the path: accepted", word.text, once=base)
+            self.pen.accept(f"{base}=", word.text, base)
             return True
         return False
 
@@ -295,7 +293,7 @@ class Modes(Turning):
         elif code in (0, 1):
             after.append(pen.flush)
         else:
-            pen.note("I408", f"M{code} does not change the path: accepted", word.text, once=f"M{code}")
+            pen.accept(f"M{code}", word.text, f"M{code}")
 
     def _stop(self) -> None:
         self.pen.flush()
@@ -332,9 +330,9 @@ class Modes(Turning):
             pen.flush()
             pen.edge_feed = EDGE_FEEDS[name]
         elif name in NOTED or name in NOTED_CALLS:
-            pen.note("I408", f"{name} does not change the path: accepted", name, once=name)
+            pen.accept(f"{name}", name, name)
         elif name in REFUSED:
-            raise PenError("E208", f"{REFUSED[name]}: {name} is not supported", name)
+            raise refused(f"{REFUSED[name]}: {name}", name)
         elif name in cycles.PATTERNS or re.fullmatch(r"CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE", name):
             raise PenError("E208", f"{name} without its values", name)
         else:
@@ -368,7 +366,7 @@ class Modes(Turning):
         elif name in NOTED_CALLS or re.fullmatch(r"M\d+", name):
             if name == "WORKPIECE":
                 self._workpiece(given)
-            pen.note("I408", f"{name} does not change the path: accepted", name, once=name)
+            pen.accept(f"{name}", name, name)
         elif name in REFUSED or number is not None or _MILLS.fullmatch(name):
             raise _refused(name)
         else:

@@ -14,7 +14,7 @@ from typing import Final
 from vmachining.nc.execution import Decode
 from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, matmul
 from vmachining.nc.model import Point
-from vmachining.nc.placing import PenError
+from vmachining.nc.placing import PenError, misread, refused
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.control import Flow
 from vmachining.nc.sinumerik.known import AXES, ROTARY
@@ -56,7 +56,7 @@ class Places(Flow):
         pen = self.pen
         found, left = words(rest)
         if left:
-            raise PenError("E109", f"'{left[:30]}' is not understood", left[:30])
+            raise misread(left[:30])
         spin = None
         for word in found:
             if word.name in AXES and word.kind in ("word", "set"):
@@ -66,7 +66,7 @@ class Places(Flow):
             elif word.name in ROTARY and kind == "TRANS" and self.number(word.value, word.text) == 0.0:
                 continue
             else:
-                raise PenError("E208", f"{name} of {word.text[:20]} is not supported", word.text)
+                raise refused(f"{name} of {word.text[:20]}", word.text)
         if kind == "TRANS":
             k = pen.scale
             step = Frame(origin=(given.get(0, 0.0) * k, given.get(1, 0.0) * k, given.get(2, 0.0) * k))
@@ -143,16 +143,9 @@ class Places(Flow):
         numbers = [0.0 if x is None else x for x in v[4:13]]
         k = self.pen.scale
         if mode // 64 == 3 and any(numbers[3:6]):
-            raise PenError(
-                "E208",
-                "CYCLE800 by the angles of the machine's axes is not supported",
-                "CYCLE800",
-                "post it axis by axis",
-            )
+            raise refused("CYCLE800 by the angles of the machine's axes", "CYCLE800", "post it axis by axis")
         if mode // 64 == 2:
-            raise PenError(
-                "E208", f"CYCLE800 with mode {mode} is not supported", "CYCLE800", "post it axis by axis"
-            )
+            raise refused(f"CYCLE800 with mode {mode}", "CYCLE800", "post it axis by axis")
         rows: Rows = EYE
         if mode // 64 == 3:
             pass  # all angles are zero
