@@ -44,14 +44,16 @@ REFUSED = {
 
 def files(name: str) -> list[Path]:
     path = ROOT / name
-    found = {*path.rglob("*.py"), *path.rglob("*.md")} if path.is_dir() else {path}
+    found = (
+        {*path.rglob("*.py"), *path.rglob("*.md"), *path.rglob("findings.txt")} if path.is_dir() else {path}
+    )
     return sorted(file for file in found if "node_modules" not in file.parts)
 
 
 def prose(path: Path) -> list[tuple[int, str]]:
     """(line, text): all of a page without its code; strings and comments of a module."""
     text = path.read_text(encoding="utf-8")
-    if path.suffix == ".md":
+    if path.suffix in (".md", ".txt"):
         plain = re.sub(r"```.*?```", lambda m: "\n" * m.group().count("\n"), text, flags=re.DOTALL)
         return list(enumerate(plain.splitlines(), 1))
     kinds = {tokenize.STRING, tokenize.COMMENT, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}
