@@ -29,7 +29,7 @@ from vmachining.nc.apt_frames import UP, Circle, along, cross, dot
 from vmachining.nc.apt_motions import FEED_UNITS, AptMotions
 from vmachining.nc.apt_records import COMMENTS, Record, RecordError, parse_record, records
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Declared, Finding, Motion, Move, Point
+from vmachining.nc.model import Declared, Motion, Point, Reading
 from vmachining.nc.poses import unit_axis
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, subtract
@@ -49,10 +49,8 @@ _NUMBERS: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")
 _SAID: Final = re.compile(r"^\s*UNITS?\s*/", re.MULTILINE | re.IGNORECASE)
 
 
-def read_apt(
-    text: str, settings: Settings
-) -> tuple[list[Move], list[Finding], bool, tuple[str, ...], Declared]:
-    """Moves, findings, whether FINI, END or END-OF-PATH was reached, no files, and the unit. A wrong record is left out."""
+def read_apt(text: str, settings: Settings) -> Reading:
+    """Read a file; its end is FINI, END or END-OF-PATH. A wrong record is left out."""
     reader = _Apt(settings)
     lines = split_lines(text)
     reader.choose_unit(text)
@@ -71,12 +69,12 @@ def read_apt(
             reader.note(exc.code, line, str(exc), word, exc.hint)
         if len(reader.found) >= MAX_ERRORS:
             reader.note("E408", line, f"{len(reader.found)} findings so far: the rest is not examined")
-            return reader.moves, reader.found, False, (), reader.declared()
+            return Reading(reader.moves, reader.found, False, (), reader.declared())
     if not (reader.ended or reader.path_ended):
         reader.note("W401", max(1, len(lines)), "the file has no FINI or END")
     if not reader.moves and not reader.found:
         reader.note("W406", 1, "the program contains no motion")
-    return reader.moves, reader.found, reader.ended or reader.path_ended, (), reader.declared()
+    return Reading(reader.moves, reader.found, reader.ended or reader.path_ended, (), reader.declared())
 
 
 _TURNED: Final = "places of two numbers: a cutter location file for turning is not read"

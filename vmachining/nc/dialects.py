@@ -10,17 +10,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Final, NamedTuple
+from importlib import import_module
+from typing import Final
 
 from vmachining.installed import Installed
 from vmachining.nc.blocks import Reader
 from vmachining.nc.checks import finding
 from vmachining.nc.conventions import times
-from vmachining.nc.decode import decode_program
 from vmachining.nc.foreign import never_a_program, recognised
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Declared, Finding, Move
+from vmachining.nc.model import Finding
+from vmachining.nc.model import Reading as Reading
 from vmachining.nc.settings import Settings
 
 AUTO: Final = "auto"
@@ -31,16 +31,6 @@ SAMPLE: Final = 2000
 
 LONGEST: Final = 400
 """Characters of such a line: patterns with a bracket and a word after it cost the square of a line's length."""
-
-
-class Reading(NamedTuple):
-    """moves, findings, whether the end of the program was reached, subprogram files that were read, what else it says."""
-
-    moves: list[Move]
-    findings: list[Finding]
-    ended: bool
-    files: tuple[str, ...] = ()
-    declared: Declared = Declared()
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,29 +61,22 @@ def _words(text: str, settings: Settings) -> Reading:
 
 
 def _of_lines(lines: list[str], settings: Settings) -> Reading:
-    reader = Reader(lines, settings, decode_program)
+    reader = Reader(lines, settings)
     reader.run()
     files = tuple(str(file) for file in reader.files.paths)
     return Reading(reader.moves, reader.findings, reader.ended, files)
 
 
-def _apt(text: str, settings: Settings) -> Reading:
-    from vmachining.nc.apt import read_apt
+def _later(room: str, **options: bool) -> Callable[[str, Settings], Reading]:
+    """The reader of a language that is loaded when a program needs it: `read_x` of `nc/x`."""
 
-    return Reading(*read_apt(text, settings))
+    def read(text: str, settings: Settings) -> Reading:
+        found: Reading = getattr(import_module(f"vmachining.nc.{room}"), f"read_{room}")(
+            text, settings, **options
+        )
+        return found
 
-
-def _poses(text: str, settings: Settings) -> Reading:
-    from vmachining.nc.poses import read_poses
-
-    return Reading(*read_poses(text, settings))
-
-
-def _heidenhain(text: str, settings: Settings, *, din_iso: bool = False) -> Reading:
-    from vmachining.nc.heidenhain import read_heidenhain
-
-    read = read_heidenhain(text, settings, decode_program, din_iso=din_iso)
-    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.declared)
+    return read
 
 
 _TNC_ISO: Final = re.compile(r"^[ \t]*%[ \t]*\S+?[ \t]*G7[01][ \t]*\*?[ \t]*$", re.IGNORECASE)
@@ -108,13 +91,6 @@ def _heidenhain_iso_score(lines: Sequence[str]) -> float:
         if any(re.match(r"[ \t]*N?\d*[ \t]*G30[ \t]+G17[ \t]+X", line, re.IGNORECASE) for line in lines[:30])
         else 0.0
     )
-
-
-def _sinumerik(text: str, settings: Settings) -> Reading:
-    from vmachining.nc.sinumerik import read_sinumerik
-
-    read = read_sinumerik(text, settings, decode_program)
-    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.declared)
 
 
 _SINUMERIK: Final = re.compile(
@@ -149,12 +125,6 @@ _OTHERS: Final = re.compile(
     r"#\d+|\bG65\b|\b(?:VC\d+|CALL O)|\[|^[ \t]*O\d{4}|^\s*\([^()]*\)\s*$|\bG43\b|\bG54\.1|\bG15[ \t]*H|\bM98\b",
     re.IGNORECASE,
 )
-
-
-def _from_line(moves: list[Move], settings: Settings) -> list[Move]:
-    """Without the moves before the line where the program is to restart."""
-    first = next((k for k, move in enumerate(moves) if move.line >= settings.start_line), len(moves))
-    return moves[first:]
 
 
 _TNC: Final = re.compile(
@@ -229,17 +199,17 @@ _OWN: Final[dict[str, Dialect]] = {
         Dialect("okuma", "a program of an Okuma mill", _words, _marks(_OKUMA, 0.72), g_code=True),
         Dialect("fanuc", "a program of a Fanuc control", _words, _marks(_FANUC, 0.6), g_code=True),
         Dialect("mts", "G-code of a training control", _words, lambda _: 0.0, g_code=True),
-        Dialect("apt", "a cutter location file", _apt, _apt_score),
+        Dialect("apt", "a cutter location file", _later("apt"), _apt_score),
         Dialect(
-            "poses", "a table of poses", _poses,
+            "poses", "a table of poses", _later("poses"),
             lambda lines: float(any(_POSES.search(line) for line in lines[:50])),
         ),
-        Dialect("sinumerik", "a program of a Sinumerik control", _sinumerik, _sinumerik_score),
+        Dialect("sinumerik", "a program of a Sinumerik control", _later("sinumerik"), _sinumerik_score),
         Dialect(
-            "heidenhain-iso", "a DIN/ISO program of a Heidenhain control", partial(_heidenhain, din_iso=True),
+            "heidenhain-iso", "a DIN/ISO program of a Heidenhain control", _later("heidenhain", din_iso=True),
             _heidenhain_iso_score,
         ),
-        Dialect("heidenhain", "a conversational program of a Heidenhain control", _heidenhain, _heidenhain_score),
+        Dialect("heidenhain", "a conversational program of a Heidenhain control", _later("heidenhain"), _heidenhain_score),
     )
 }  # fmt: skip
 

@@ -7,12 +7,14 @@ nobody knows which block comes next (`lost`), reading ends, because nothing afte
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from vmachining.errors import NCError
+from vmachining.nc.decode import decode_program
 from vmachining.nc.lexer import split_lines
+from vmachining.nc.model import Declared, Reading
 from vmachining.nc.pen import Pen
 from vmachining.nc.placing import PenError
 from vmachining.nc.settings import Settings
@@ -27,9 +29,6 @@ MILLS: Final = (
 )
 DEEPEST: Final = 50
 """Calls in calls."""
-
-Decode = Callable[[bytes, str], str]
-"""Bytes and name of a file to its text; raises NCError."""
 
 
 class Block(NamedTuple):
@@ -66,8 +65,8 @@ class Execution:
     suffixes: tuple[str, ...] = ()
     """Of files that hold called programs."""
 
-    def __init__(self, settings: Settings, decode: Decode | None) -> None:
-        self.settings, self.decode = settings, decode
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
         self.pen = Pen(settings)
         self.blocks: Sequence[Block] = ()
         self.at = self.steps = 0
@@ -108,6 +107,16 @@ class Execution:
             pen.end()
         except PenError as exc:
             self._tell(exc)
+
+    def reading(self, declared: Declared) -> Reading:
+        """What the program became, without the moves before the line where it is to restart."""
+        pen = self.pen
+        first = next(
+            (k for k, move in enumerate(pen.moves) if move.line >= self.settings.start_line), len(pen.moves)
+        )
+        names = {number: name for name, number in self.names.items()}
+        declared = declared._replace(tools=tuple(sorted(pen.called)), names=names)
+        return Reading(pen.moves[first:], pen.findings, self.ended, tuple(map(str, self.paths)), declared)
 
     def _break(self, code: str, message: str) -> None:
         self.pen.note(code, message)
@@ -169,7 +178,7 @@ class Execution:
 
     def absent(self, name: str, stem: str) -> bool:
         """Whether the file of a called program is missing: that is said, and the rest is read."""
-        if self.decode is not None and self._find(stem) is not None:
+        if self._find(stem) is not None:
             return False
         self.pen.note("W383", f"the program {name[:60]} that is called here is missing: its moves are not read", name[:40],
                       once=stem)  # fmt: skip
@@ -181,7 +190,7 @@ class Execution:
         Raises PenError: E412, and reading ends.
         """
         path = self._find(stem)
-        if path is None or self.decode is None:
+        if path is None:
             raise self.lost(PenError(
                 "E412", f"the called program {name[:60]} is missing", name[:40],
                 f"put {stem[:40]}{self.suffixes[0]} next to the program, or name its folder under subroutines; an empty file "
@@ -189,7 +198,7 @@ class Execution:
             ))  # fmt: skip
         self.pen.flush()
         try:
-            text = self.decode(path.read_bytes(), str(path))
+            text = decode_program(path.read_bytes(), str(path))
         except (OSError, NCError) as exc:
             raise self.lost(PenError("E412", f"{path.name}: {exc}", name[:40])) from None
         if path not in self.paths:

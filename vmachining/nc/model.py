@@ -120,6 +120,17 @@ class Declared(NamedTuple):
 
 NOTHING_DECLARED = Declared()
 
+
+class Reading(NamedTuple):
+    """moves, findings, whether the end of the program was reached, subprogram files that were read, what else it says."""
+
+    moves: list[Move]
+    findings: list[Finding]
+    ended: bool
+    files: tuple[str, ...] = ()
+    declared: Declared = NOTHING_DECLARED
+
+
 SHOWN = 8
 """Findings of a program that a notebook lists."""
 

@@ -53,14 +53,12 @@ class GiveUpError(Exception):
 class OneBlock:
     """State of a program that is read, and what one block does to it."""
 
-    def __init__(
-        self, lines: list[str], settings: Settings, decode: Callable[[bytes, str], str] | None = None
-    ) -> None:
+    def __init__(self, lines: list[str], settings: Settings) -> None:
         kind = Lathe if settings.turning else Translator
         self.translator = kind(settings, self._note) if settings.family else None
         self.settings = settings
         self.lines = lines = self._plain(lines)
-        self.files = SubFiles(settings.subroutines, lines, decode, self._plain)
+        self.files = SubFiles(settings.subroutines, lines, self._plain)
         self.own = len(lines)
         home = settings.home
         start = settings.work_offsets.get(540, ORIGIN)

@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.checks import finding
 from vmachining.nc.lexer import MAX_VALUE, split_lines
-from vmachining.nc.model import Finding, Motion, Move, Point
+from vmachining.nc.model import Finding, Motion, Move, Point, Reading
 from vmachining.nc.settings import Settings
 
 AXIS_TOLERANCE: Final = 1e-6
@@ -60,8 +60,8 @@ def unit_axis(axis: Point) -> tuple[Point, float]:
     return (axis[0] / length, axis[1] / length, axis[2] / length), abs(length - 1.0)
 
 
-def read_poses(text: str, settings: Settings) -> tuple[list[Move], list[Finding], bool]:
-    """Moves, findings, and that the table ends where it ends.
+def read_poses(text: str, settings: Settings) -> Reading:
+    """Read a table.
 
     A wrong row is left out: the tool goes from the row before to the row behind it.
     """
@@ -70,12 +70,12 @@ def read_poses(text: str, settings: Settings) -> tuple[list[Move], list[Finding]
         (k, line) for k, line in enumerate(split_lines(text), 1) if line.strip() and line.strip()[0] != "#"
     ]
     if not lines:
-        return [], [finding("E109", 1, None, "the table is empty")], False
+        return Reading([], [finding("E109", 1, None, "the table is empty")], False)
     try:
         columns = _columns(next(csv.reader([lines[0][1]])))
     except (_RowError, csv.Error) as exc:
         code = exc.code if isinstance(exc, _RowError) else "E109"
-        return [], [finding(code, lines[0][0], None, str(exc))], False
+        return Reading([], [finding(code, lines[0][0], None, str(exc))], False)
     tool = min(settings.tools) if settings.tools else 0
     rows: list[Row] = []
     last = Row(0, (0.0, 0.0, 0.0), None, None, None, False, tool)
@@ -95,7 +95,7 @@ def read_poses(text: str, settings: Settings) -> tuple[list[Move], list[Finding]
     moves = _moves(rows, found)
     if not moves and not found:
         found.append(finding("W406", lines[0][0], None, "the table has fewer than two poses"))
-    return moves, found, True
+    return Reading(moves, found, True)
 
 
 def _columns(header: Sequence[str]) -> list[str]:

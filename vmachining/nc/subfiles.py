@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from vmachining.nc.control import Structure, find_structure
-from vmachining.nc.decode import MAX_BYTES
+from vmachining.nc.decode import MAX_BYTES, decode_program
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.tape import find_tape
 
@@ -40,17 +40,16 @@ class SubFiles:
 
     folders : searched in this order.
     lines : of the program; those of the files are added behind an empty one each.
-    decode : bytes and name to text, raises NCError. plain : makes lines plain for the lexer.
+    plain : makes lines plain for the lexer.
     """
 
     def __init__(
         self,
         folders: Sequence[Path],
         lines: list[str],
-        decode: Callable[[bytes, str], str] | None,
         plain: Callable[[list[str]], list[str]] = list,
     ) -> None:
-        self.folders, self.lines, self.decode, self.plain = folders, lines, decode, plain
+        self.folders, self.lines, self.plain = folders, lines, plain
         self.own = len(lines)
         self.files: list[SubFile] = []
         self.paths: list[Path] = []
@@ -62,7 +61,7 @@ class SubFiles:
         Raises NCError: The file is binary, too large, or cannot be read.
         """
         name = label.strip("<>")
-        if label in self.tried or self.decode is None or not _NAME.fullmatch(name):
+        if label in self.tried or not _NAME.fullmatch(name):
             return False
         self.tried.add(label)
         path = self._find(re.compile(re.escape(name + SUFFIXES[0])).fullmatch) or self._find(
@@ -83,14 +82,13 @@ class SubFiles:
         """
 
         named = re.compile(rf"[o:]?0*{number}(?:\.(?:{SUFFIXES_OF_FAMILY}))?")
-        path = self._find(named.fullmatch) if self.decode is not None else None
+        path = self._find(named.fullmatch)
         return self._hang(path) if path is not None else None
 
     def _hang(self, path: Path) -> SubFile:
         """The lines of a file behind those that are known."""
-        assert self.decode is not None
         with path.open("rb") as file:
-            text = self.plain(split_lines(self.decode(file.read(MAX_BYTES + 1), str(path))))
+            text = self.plain(split_lines(decode_program(file.read(MAX_BYTES + 1), str(path))))
         self.lines += ["", *text]
         start = len(self.lines) - len(text)
         first, stop, _ = find_tape(text)

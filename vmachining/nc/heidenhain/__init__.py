@@ -18,35 +18,20 @@ Source: HEIDENHAIN TNC 640 user's manuals (public).
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 from vmachining.nc.heidenhain.control import Control
 from vmachining.nc.heidenhain.din_iso import conversational
 from vmachining.nc.heidenhain.text import blocks
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Declared, Finding, Move
+from vmachining.nc.model import Declared, Reading
 from vmachining.nc.settings import Settings
 
 __all__ = ["read_heidenhain"]
 
 
-class Read(NamedTuple):
-    """What a program became."""
-
-    moves: list[Move]
-    findings: list[Finding]
-    ended: bool
-    files: tuple[str, ...]
-    declared: Declared
-
-
-def read_heidenhain(
-    text: str, settings: Settings, decode: Callable[[bytes, str], str] | None, *, din_iso: bool = False
-) -> Read:
-    """Read a program; `decode` makes text of the files that it calls. din_iso : in words of G-code."""
+def read_heidenhain(text: str, settings: Settings, *, din_iso: bool = False) -> Reading:
+    """Read a program; din_iso : in words of G-code."""
     lines = split_lines(text)
-    control = Control(lines, settings, decode, conversational if din_iso else blocks)
+    control = Control(lines, settings, conversational if din_iso else blocks)
     control.run()
     pen = control.pen
     if not control.begun:
@@ -58,8 +43,4 @@ def read_heidenhain(
     elif not pen.moves and not pen.findings:
         pen.note("W406", "the program contains no motion")
     unit = "" if not control.begun else "mm" if pen.scale == 1.0 else "inch"
-    names = {number: name for name, number in control.names.items()}
-    declared = Declared(
-        unit, control.declared_stock(), dict(pen.known_radius), tuple(sorted(pen.called)), names=names
-    )
-    return Read(pen.moves, pen.findings, control.ended, tuple(map(str, control.paths)), declared)
+    return control.reading(Declared(unit, control.declared_stock(), dict(pen.known_radius)))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from vmachining.nc.execution import Block, Decode
+from vmachining.nc.execution import Block
 from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.definitions import Definitions
 from vmachining.nc.heidenhain.text import Word, blocks, words
@@ -56,10 +56,9 @@ class Control(Definitions):
     """The machine of a conversational program."""
 
     def __init__(
-        self, lines: Sequence[str], settings: Settings, decode: Decode | None,
-        split: Callable[[Sequence[str]], list[Block]] = blocks,
-    ) -> None:  # fmt: skip
-        super().__init__(lines, settings, decode, split)
+        self, lines: Sequence[str], settings: Settings, split: Callable[[Sequence[str]], list[Block]] = blocks
+    ) -> None:
+        super().__init__(lines, settings, split)
         self.contour = Contour(self)
 
     def _path(self, found: re.Match[str], rest: str) -> None:

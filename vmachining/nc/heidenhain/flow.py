@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from vmachining.nc.execution import FREE, Block, Decode, Execution
+from vmachining.nc.execution import FREE, Block, Execution
 from vmachining.nc.heidenhain.contour import AXES
 from vmachining.nc.heidenhain.parameters import Parameters
 from vmachining.nc.heidenhain.planes import Planes
@@ -33,10 +33,9 @@ class Flow(Execution):
     suffixes = (".h", ".hnc", ".nc", ".txt")
 
     def __init__(
-        self, lines: Sequence[str], settings: Settings, decode: Decode | None,
-        split: Callable[[Sequence[str]], list[Block]] = blocks,
-    ) -> None:  # fmt: skip
-        super().__init__(settings, decode)
+        self, lines: Sequence[str], settings: Settings, split: Callable[[Sequence[str]], list[Block]] = blocks
+    ) -> None:
+        super().__init__(settings)
         self.q = Parameters(self.pen)
         self.planes = Planes()
         self.split = split

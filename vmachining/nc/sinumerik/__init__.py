@@ -14,11 +14,8 @@ What is honoured, accepted with a note and refused: docs/sinumerik.md. Positions
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Declared, Finding, Move
+from vmachining.nc.model import Declared, Reading
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.blocks import Control
 from vmachining.nc.sinumerik.turning import as_turning
@@ -26,21 +23,11 @@ from vmachining.nc.sinumerik.turning import as_turning
 __all__ = ["read_sinumerik"]
 
 
-class Read(NamedTuple):
-    """What a program became."""
-
-    moves: list[Move]
-    findings: list[Finding]
-    ended: bool
-    files: tuple[str, ...]
-    declared: Declared
-
-
-def read_sinumerik(text: str, settings: Settings, decode: Callable[[bytes, str], str] | None) -> Read:
-    """Read a program; `decode` makes text of the files that it calls."""
+def read_sinumerik(text: str, settings: Settings) -> Reading:
+    """Read a program."""
     lines = split_lines(text)
     settings, said = as_turning(lines, settings)
-    control = Control(lines, settings, decode)
+    control = Control(lines, settings)
     control.pen.findings += said
     control.run()
     pen = control.pen
@@ -50,6 +37,4 @@ def read_sinumerik(text: str, settings: Settings, decode: Callable[[bytes, str],
     elif not pen.moves and pen.findings == said:
         pen.note("W406", "the program contains no motion")
     unit = "" if control.feed_inch is None else "inch" if control.feed_inch else "mm"
-    names = {number: name for name, number in control.names.items()}
-    declared = Declared(unit, control.stock, tools=tuple(sorted(pen.called)), names=names)
-    return Read(pen.moves, pen.findings, control.ended, tuple(map(str, control.paths)), declared)
+    return control.reading(Declared(unit, control.stock))

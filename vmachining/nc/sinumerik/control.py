@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from vmachining.nc.execution import Block, Decode, Execution
+from vmachining.nc.execution import Block, Execution
 from vmachining.nc.formula import FormulaError, evaluate
 from vmachining.nc.placing import PenError, misread, refused
 from vmachining.nc.settings import Settings
@@ -32,8 +32,8 @@ class Flow(Execution):
 
     suffixes = (".spf", ".mpf", ".nc")
 
-    def __init__(self, lines: Sequence[str], settings: Settings, decode: Decode | None) -> None:
-        super().__init__(settings, decode)
+    def __init__(self, lines: Sequence[str], settings: Settings) -> None:
+        super().__init__(settings)
         found = units(lines)
         self.programs = {unit.name: unit.blocks for unit in found if unit.name}
         self.blocks = found[0].blocks

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, Final
 
 from vmachining.nc.arcs import PLANES
-from vmachining.nc.execution import MILLS, Decode
+from vmachining.nc.execution import MILLS
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.placing import PenError, misread, refused
 from vmachining.nc.settings import Settings
@@ -59,8 +59,8 @@ def _refused(name: str) -> PenError:
 class Modes(Turning):
     """Everything of a block but its motion."""
 
-    def __init__(self, lines: Sequence[str], settings: Settings, decode: Decode | None) -> None:
-        super().__init__(lines, settings, decode)
+    def __init__(self, lines: Sequence[str], settings: Settings) -> None:
+        super().__init__(lines, settings)
         self.motion: float | None = None
         self.absolute = True
         self.side = 0

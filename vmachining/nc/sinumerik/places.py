@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from vmachining.nc.execution import Decode
 from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, matmul
 from vmachining.nc.model import Point
 from vmachining.nc.placing import PenError, misread, refused
@@ -27,8 +26,8 @@ OF_JOB: Final = {54.0: 540, 55.0: 550, 56.0: 560, 57.0: 570, 505.0: 580, 506.0: 
 class Places(Flow):
     """Frames of a program."""
 
-    def __init__(self, lines: Sequence[str], settings: Settings, decode: Decode | None) -> None:
-        super().__init__(lines, settings, decode)
+    def __init__(self, lines: Sequence[str], settings: Settings) -> None:
+        super().__init__(lines, settings)
         self.work: float | None = None
         self.home_zero: Point | None = None
         """Of the first offset, where the program itself gives the offsets: the zero of the job."""

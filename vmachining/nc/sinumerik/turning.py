@@ -23,7 +23,6 @@ from dataclasses import replace
 from typing import Final, Literal
 
 from vmachining.nc.checks import finding
-from vmachining.nc.execution import Decode
 from vmachining.nc.fanuc_turning import as_lathe
 from vmachining.nc.model import Finding
 from vmachining.nc.placing import PenError
@@ -70,8 +69,8 @@ def as_turning(lines: Sequence[str], settings: Settings) -> tuple[Settings, list
 class Turning(Places):
     """Modes of a lathe."""
 
-    def __init__(self, lines: Sequence[str], settings: Settings, decode: Decode | None) -> None:
-        super().__init__(lines, settings, decode)
+    def __init__(self, lines: Sequence[str], settings: Settings) -> None:
+        super().__init__(lines, settings)
         self.lathe = settings.control.lathe in ("diameter", "radius")
         self.diameters: Diameters = "all" if settings.control.lathe == "diameter" else ""
         self.speed = 0.0
