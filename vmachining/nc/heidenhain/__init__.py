@@ -4,11 +4,11 @@
 |---|---|
 | `text.py` | lines -> blocks -> words |
 | `flow.py` | labels, calls, jumps |
-| `definitions.py` | blank, tools, cycles, coordinate systems |
+| `definitions.py` | blank, tools, cycles |
 | `control.py` | path blocks, M codes |
 | `contour.py` | path functions, approaches and departures |
 | `cycles.py` | drilling cycles and patterns |
-| `planes.py` | datum shift, mirror, rotation, scale, tilted planes |
+| `coordinates.py`, `planes.py` | datum shift, mirror, rotation, scale, tilted planes |
 | `parameters.py` | Q parameters and FN |
 | `din_iso.py` | DIN/ISO programs, turned into conversational blocks |
 

@@ -9,29 +9,11 @@ from typing import Final
 from vmachining.nc.execution import Block
 from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.definitions import Definitions
-from vmachining.nc.heidenhain.text import Word, blocks, words
+from vmachining.nc.heidenhain.text import Word, blocks, spans, words
 from vmachining.nc.placing import EdgeFeed, PenError, misread, refused
 from vmachining.nc.settings import Settings
 
-NOTED_M: Final = frozenset(
-    {
-        *range(7, 89),
-        90,
-        94,
-        95,
-        96,
-        *range(100, 109),
-        112,
-        113,
-        116,
-        117,
-        118,
-        120,
-        121,
-        124,
-        *range(132, 151),
-    }
-)
+NOTED_M: Final = spans("7-88 90 94-96 100-108 112 113 116-118 120 121 124 132-150")
 """No path: coolant, clamps, probes, look-ahead, feeds of corners, and what the builder of the machine gave M10 to M88."""
 _EDGE_FEEDS: Final[dict[int, EdgeFeed]] = {109: "all", 110: "inner", 111: ""}
 """Which compensated arcs keep the feed of their contour."""

@@ -1,19 +1,16 @@
-"""What blocks without a motion say: blank, tools, cycles, coordinate systems."""
+"""What blocks without a motion say: blank, tools, cycles."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from typing import Any, Final
 
 from vmachining.nc.execution import MILLS
-from vmachining.nc.frames import EYE, IDENTITY, Rows, axis_turn, cross, matmul
 from vmachining.nc.heidenhain import cycles, milling, patterns
-from vmachining.nc.heidenhain.contour import AXES, Contour
-from vmachining.nc.heidenhain.flow import Flow
-from vmachining.nc.heidenhain.planes import euler, projected, spatial, vectors
-from vmachining.nc.heidenhain.text import words
+from vmachining.nc.heidenhain.contour import AXES
+from vmachining.nc.heidenhain.coordinates import Coordinates
+from vmachining.nc.heidenhain.text import TERM, spans, words
 from vmachining.nc.model import ASSUMED_RPM
 from vmachining.nc.placing import PenError, misread, refused
 
@@ -23,13 +20,9 @@ _VALUES: Final = re.compile(
     r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|FAUTO|F[UZ]\s*[\d.]*|PREDEF))"
 )
 _TOOL: Final = re.compile(r'TOOL\s+CALL\s*("[^"]*"|Q[SLR]?\d+|\d+(?:\.\d+)?)?\s*([XYZUVW](?![A-Z]))?\s*(.*)')
-_DELTA: Final = re.compile(
-    r"(DL|DR2|DR|VC|FZ|FU|S|F)\s*\(?\s*[:=]?\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))"
-)
-_ANGLE: Final = re.compile(r"\b(I?[A-Z]{1,6})\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
-_ROUND: Final = re.compile(r"\b(RI|DI|R|D|L|DIST)\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
-_POINT: Final = re.compile(r"\b(P[123][XYZ])\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
-_TILTS: Final = ("q120", "q121", "q122")
+_DELTA: Final = re.compile(rf"(DL|DR2|DR|VC|FZ|FU|S|F)\s*\(?\s*[:=]?\s*{TERM}")
+_ROUND: Final = re.compile(rf"\b(RI|DI|R|D|L|DIST)\s*{TERM}")
+_LAST: Final = re.compile(rf"(F?)\s*[A-Z .:-]*?\s*{TERM}\s*$")
 _CUTTING: Final = ("Q206", "Q207", "Q385")
 """Feeds of cycles in material, for plunging, milling and finishing."""
 
@@ -40,21 +33,7 @@ _TCPM: Final = {
 }  # fmt: skip
 """Variants that give words another meaning, and the one that is read."""
 
-
-_MILLS: Final = frozenset(
-    (
-        *range(3, 7),
-        14,
-        *range(20, 26),
-        27,
-        28,
-        *range(210, 216),
-        *range(225, 236),
-        255,
-        *range(258, 262),
-        *range(270, 292),
-    )
-)
+_MILLS: Final = spans("3-6 14 20-25 27 28 210-215 225-235 255 258-261 270-291")
 """Cycles for pockets, slots, studs, faces and contours that are not built."""
 
 
@@ -63,39 +42,27 @@ def _refused(number: int) -> PenError:
     return PenError("E208", what, f"CYCL DEF {number}", "post the motions of the cycle as blocks")
 
 
-PLACING: Final = frozenset((*range(400, 407), *range(408, 420)))
+PLACING: Final = spans("400-406 408-419")
 """Touch probe cycles that set a basic rotation or a datum."""
 
 
-class Definitions(Flow):
+class Definitions(Coordinates):
     """Definitions of a conversational program."""
-
-    contour: Contour
 
     def _do_blk(self, text: str) -> None:
         found = re.match(r"BLK\s+FORM\s*(0\.[12]|CYLINDER|ROTATION|FILE)?\s*(.*)", text)
         kind = found[1] if found else None
         if found is None or kind not in ("0.1", "0.2", "CYLINDER"):
-            self.pen.note(
-                "I408",
-                f"BLK FORM {kind or ''}: accepted, the stock is that of the job",
-                "BLK FORM",
-                once="blk",
-            )
+            what = f"BLK FORM {kind or ''}: accepted, the stock is that of the job"
+            self.pen.note("I408", what, "BLK FORM", once="blk")
             return
         rest = found[2].strip()
         if kind == "CYLINDER":
             size = {key: self.q.number(value) * self.pen.scale for key, value in _ROUND.findall(rest)}
             radius, top = size.get("R", size.get("D", 0.0) / 2.0), size.get("DIST", 0.0)
-            if (
-                rest.startswith("Z")
-                and radius > 0.0
-                and size.get("L", 0.0) > 0.0
-                and not {"RI", "DI"} & set(size)
-            ):
-                self.blank = {
-                    "cylinder": {"center": [0.0, 0.0], "radius": radius, "z": [top - size["L"], top]}
-                }
+            long = size.get("L", 0.0)
+            if rest.startswith("Z") and radius > 0.0 and long > 0.0 and not {"RI", "DI"} & set(size):
+                self.blank = {"cylinder": {"center": [0.0, 0.0], "radius": radius, "z": [top - long, top]}}
             return
         if kind == "0.1":
             self.stock = []
@@ -185,7 +152,7 @@ class Definitions(Flow):
         found = re.match(r"TOOL\s+DEF\s*(\d+)(.*)", text)
         if found is None:
             return
-        for key, value in re.findall(r"\b([LR])\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))", found[2]):
+        for key, value in re.findall(rf"\b([LR])\s*{TERM}", found[2]):
             number = self.q.number(value) * self.pen.scale
             if key == "R":
                 self.pen.known_radius[int(found[1])] = number
@@ -220,14 +187,13 @@ class Definitions(Flow):
             self.cycle = (number, values)
         elif number in (32, 239, 332, 392) or 400 <= number < 500:
             self._lose_measured(number)
-            code, hint, what = "I408", "", f"cycle {number} does not change the path: accepted"
+            word, once = f"CYCL DEF {number}", f"cycle {number}"
             if number in PLACING:
-                code, hint, what = (
-                    "W368",
-                    "set up the part on the machine as the program expects it, or leave the cycle out",
-                    f"cycle {number} sets the zero or the turn of the part by probing: taken to be those in force",
-                )
-            self.pen.note(code, what, f"CYCL DEF {number}", once=f"cycle {number}", hint=hint)
+                what = f"cycle {number} sets the zero or the turn of the part by probing: taken to be those in force"
+                hint = "set up the part on the machine as the program expects it, or leave the cycle out"
+                self.pen.note("W368", what, word, once=once, hint=hint)
+            else:
+                self.pen.accept(once, word, once)
         elif number == 7:
             raise PenError("E109", "cycle 7 is not understood", text[:40])
         else:
@@ -241,14 +207,12 @@ class Definitions(Flow):
         """Value of a cycle parameter: a number, a feed by its kind, or one of GLOBAL DEF."""
         if text == "PREDEF":
             if self.predefined is None or key not in self.predefined:
-                raise PenError(
-                    "E331", f"{key}=PREDEF, and no GLOBAL DEF gives it", key, f"write the value of {key}"
-                )
+                what = f"{key}=PREDEF, and no GLOBAL DEF gives it"
+                raise PenError("E331", what, key, f"write the value of {key}")
             return self.predefined[key]
         if text in ("MAX", "FMAX") and key in _CUTTING:
-            raise PenError(
-                "E301", f"{key}={text}: a rapid is no feed into material", key, f"write the feed of {key}"
-            )
+            what = f"{key}={text}: a rapid is no feed into material"
+            raise PenError("E301", what, key, f"write the feed of {key}")
         if text[0] in "FM":
             feed = self.tool_feed or 0.0
             if text[:2] in ("FU", "FZ"):
@@ -277,11 +241,12 @@ class Definitions(Flow):
     def _sub_cycle(self, number: int, part: int, rest: str) -> None:
         handler = getattr(self, f"_cycle_{number}", None)
         if handler is not None:
-            handler(part, rest)
+            if part == 1 or (part and number != 19):
+                handler(rest)
             return
         if part != 0:
             if self.cycle is not None and self.cycle[0] in (number, -number) and number in cycles.OLD:
-                bare = re.findall(r"(F?)\s*[A-Z .:-]*?\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))\s*$", rest)
+                bare = _LAST.findall(rest)
                 if not bare and rest.strip() == "DWELL":
                     bare = [("", "0")]
                 if not bare:
@@ -296,154 +261,15 @@ class Definitions(Flow):
             self.cycle = (-number, {})
             raise _refused(number)
 
-    def _cycle_7(self, part: int, rest: str) -> None:
-        if part == 0:
-            return
-        if "#" in rest:
-            raise PenError(
-                "E208",
-                "the datum table (cycle 7 with #) is not available",
-                rest[:20],
-                "write the shift as X Y Z",
-            )
-        given: dict[int, tuple[float, bool]] = {}
-        for word in words(rest)[0]:
-            if word.key in AXES:
-                given[AXES[word.key]] = self.q.number(word.value) * self.pen.scale, word.incremental
-            elif word.key in "ABCUVW" and self.q.number(word.value) != 0.0:
-                raise refused(f"a datum shift of axis {word.key}", word.text)
-        if given:
-            self._replan(lambda: self.planes.datum(given))
-
-    def _cycle_8(self, part: int, rest: str) -> None:
-        if part == 0:
-            return
-        letters = set(re.findall(r"[XYZABC]", rest))
-        if letters & set("ABC"):
-            raise PenError("E208", "mirrored rotary axes are not supported", rest[:20])
-        factors = [-1.0 if letter in letters else 1.0 for letter in "XYZ"]
-        self._replan(lambda: self.planes.define("mirror", IDENTITY.scaled(*factors)))
-
-    def _cycle_9(self, part: int, rest: str) -> None:
-        if part == 0:
-            return
-        found = re.findall(r"[+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+)", rest)
+    def _cycle_9(self, rest: str) -> None:
+        found = re.findall(TERM, rest)
         if not found:
             raise PenError("E335", "cycle 9 without a time", rest[:20])
         self.pen.dwell(max(0.0, self.q.number(found[-1])))
 
-    rotation = 0.0
-
-    def _cycle_10(self, part: int, rest: str) -> None:
-        if part == 0:
-            return
-        found = re.search(r"(I?)ROT\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))", rest)
-        if found is None:
-            raise PenError("E109", f"'{rest[:40]}' of cycle 10 is not understood", rest[:40])
-        angle = self.q.number(found[2]) + (self.rotation if found[1] else 0.0)
-        rows = EYE if angle % 360.0 == 0.0 else axis_turn(2, angle)
-        self._replan(lambda: self.planes.define("rotation", IDENTITY.turned(rows)))
-        self.rotation = angle
-
-    def _cycle_11(self, part: int, rest: str) -> None:
-        if part == 0:
-            return
-        found = re.search(r"SCL\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))", rest)
-        factor = self.q.number(found[1]) if found else 0.0
-        if not 1e-6 <= factor <= 1e6:
-            raise PenError("E109", "cycle 11 needs SCL with a factor above zero", rest[:20])
-        self._replan(lambda: self.planes.define("scale", IDENTITY.scaled(factor, factor, factor)))
-
-    def _cycle_26(self, part: int, rest: str) -> None:
-        if part == 0:
-            return
-        factors, pole = [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]
-        for word in words(rest.replace("CCX", " U").replace("CCY", " V"))[0]:
-            if word.key in AXES:
-                factors[AXES[word.key]] = self.q.number(word.value)
-            elif word.key in "UV":
-                pole["UV".index(word.key)] = self.q.number(word.value) * self.pen.scale
-        if any(not 1e-6 <= f <= 1e6 for f in factors):
-            raise PenError("E109", "cycle 26 needs factors above zero", rest[:20])
-        frame = IDENTITY if factors == [1.0, 1.0, 1.0] else (
-            IDENTITY.shifted((pole[0], pole[1], pole[2])).scaled(*factors).shifted((-pole[0], -pole[1], -pole[2]))
-        )  # fmt: skip
-        self._replan(lambda: self.planes.define("scale of axes", frame))
-
-    def _cycle_12(self, part: int, rest: str) -> None:
-        if part != 0:
-            self.selected = re.sub(r"^PGM\s*", "", rest)
-            self.cycle = (12, {})
-
-    def _cycle_19(self, part: int, rest: str) -> None:
-        if part != 1:
-            return
-        angles = {w.key: self.q.number(w.value) for w in words(rest)[0] if w.key in "ABC"}
-        self._tilt(spatial(*(angles.get(k, 0.0) for k in "ABC")), "stay")
-
-    def _tilt(self, rows: Rows, how: str) -> None:
-        self._replan(lambda: self.planes.tilt(rows), pivot=how == "move")
-        if how != "stay":
-            self.pen.rotary = dict.fromkeys(self.pen.rotary, 0.0) if rows == EYE else self.pen.rotary
-
-    def _replan(self, change: Callable[[], None], *, pivot: bool = False) -> None:
-        kept = list(self.planes.chain), dict(self.planes.shift)
-        try:
-            change()
-            self.pen.set_frame(self.planes.frame(), pivot=pivot)
-        except PenError:
-            self.planes.chain, self.planes.shift = kept
-            raise
-
-    def reached(self, value: str) -> bool:
-        """Whether a rotary word only goes to the angle that a tilted plane asked for (Q120 to Q122)."""
-        return self.planes.tilted and value.lower().lstrip("+") in _TILTS
-
-    def _do_plane(self, text: str) -> None:
-        found = re.match(r"PLANE\s+([A-Z]+)\s*(.*)", text)
-        kind, rest = (found[1], found[2]) if found else ("", "")
-        how = "move" if re.search(r"\bMOVE\b", rest) else "turn" if re.search(r"\bTURN\b", rest) else "stay"
-        if kind == "RESET":
-            self._tilt(EYE, how)
-            return
-        values = {}
-        for key, value in (_POINT if kind == "POINTS" else _ANGLE).findall(rest):
-            if key not in ("F", "FMAX", "MB", "DIST", "SEQ"):
-                values[key] = self.q.number(value)
-
-        def of(*names: str) -> list[float]:
-            return [values.get(name, 0.0) for name in names]
-
-        if kind == "SPATIAL":
-            rows = spatial(*of("SPA", "SPB", "SPC"))
-        elif kind == "EULER":
-            rows = euler(*of("EULPR", "EULNU", "EULROT"))
-        elif kind == "PROJECTED":
-            rows = projected(*of("PROPR", "PROMIN", "ROT"))
-        elif kind == "VECTOR":
-            b, n = of("BX", "BY", "BZ"), of("NX", "NY", "NZ")
-            rows = vectors((b[0], b[1], b[2]), (n[0], n[1], n[2]))
-        elif kind == "POINTS":
-            p, q, r = (tuple(of(*(f"P{k}{axis}" for axis in "XYZ"))) for k in "123")
-            x, y = ((b[0] - p[0], b[1] - p[1], b[2] - p[2]) for b in (q, r))
-            rows = vectors(x, cross(x, y))
-        elif kind == "AXIAL":
-            turned = [k for k in "ABC" if values.get(k)]
-            if len(turned) > 1 or turned == ["C"]:
-                raise PenError("E208", "PLANE AXIAL of more than A or B alone depends on the kinematics", "PLANE AXIAL",
-                               "post it as PLANE SPATIAL")  # fmt: skip
-            rows = axis_turn("AB".index(turned[0]), values[turned[0]]) if turned else EYE
-            if turned:
-                self.pen.note("W374", f"PLANE AXIAL {turned[0]}: the axis is taken to turn about {'XY'['AB'.index(turned[0])]}",
-                              "PLANE AXIAL", once="axial")  # fmt: skip
-        elif kind in ("RELATIV", "RELATIVE"):
-            given = [k for k in ("SPA", "SPB", "SPC") if k in values]
-            if len(given) != 1:
-                raise PenError("E109", "PLANE RELATIV takes one angle", "PLANE")
-            rows = matmul(self.planes.rotation, axis_turn("ABC".index(given[0][2]), values[given[0]]))
-        else:
-            raise refused(f"PLANE {kind}", f"PLANE {kind}", "post it as PLANE SPATIAL")
-        self._tilt(rows, how)
+    def _cycle_12(self, rest: str) -> None:
+        self.selected = re.sub(r"^PGM\s*", "", rest)
+        self.cycle = (12, {})
 
     def _do_function(self, text: str) -> None:
         if re.match(r"FUNCTION\s+RESET\s+TCPM", text):
@@ -461,31 +287,10 @@ class Definitions(Flow):
                       r"CORRDATA\s+RESET|RESET\s+\w+)", text):  # fmt: skip
             self.pen.note("I408", f"{text[:30]} moves nothing: accepted", text[:20], once=text[:20])
         elif re.match(r"FUNCTION\s+(?:AFC|ACC)\b", text):
-            self.pen.note(
-                "W376",
-                "FUNCTION AFC adapts feeds while it cuts: the feeds here ignore it",
-                "FUNCTION",
-                once="AFC",
-            )
+            what = "FUNCTION AFC adapts feeds while it cuts: the feeds here ignore it"
+            self.pen.note("W376", what, "FUNCTION", once="AFC")
         else:
             raise refused(f"{text[:40]}", text[:30])
-
-    def _do_trans(self, text: str) -> None:
-        found = re.match(r"TRANS\s+(DATUM|MIRROR|ROTATION|SCALE)\s+(AXIS|RESET|I?ROT|SCL)\b\s*(.*)", text)
-        found = found or re.match(r"TRANS\s+(ROTATION|SCALE)\s+(I?ROT|SCL)()", text)
-        if found is None:
-            raise refused(f"{text[:40]}", text[:30])
-        reset = found[2] == "RESET"
-        if found[1] == "DATUM" and reset:
-            self._replan(lambda: self.planes.datum(dict.fromkeys(range(3), (0.0, False))))
-        elif found[1] == "DATUM":
-            self._cycle_7(1, found[3])
-        elif found[1] == "MIRROR":
-            self._cycle_8(1, "" if reset else found[3])
-        elif found[1] == "ROTATION":
-            self._cycle_10(1, "ROT+0" if reset else text.split("ROTATION")[1])
-        else:
-            self._cycle_11(1, "SCL1" if reset else text.split("SCALE")[1])
 
     def _do_tch(self, text: str) -> None:
         found = re.match(r"TCH\s+PROBE\s+(\d+)", text)
@@ -512,9 +317,8 @@ class Definitions(Flow):
 
     def _pattern(self, number: int, values: dict[str, float]) -> None:
         if self.cycle is None:
-            raise PenError(
-                "E340", f"cycle {number} calls the cycle defined before it, and none exists", "CYCL DEF"
-            )
+            what = f"cycle {number} calls the cycle defined before it, and none exists"
+            raise PenError("E340", what, "CYCL DEF")
         kind, own = self.cycle
         if kind < 0:
             return  # refused when it was defined

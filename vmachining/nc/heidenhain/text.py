@@ -13,6 +13,8 @@ from typing import Final, NamedTuple
 from vmachining.nc.execution import Block
 
 LONGEST: Final = 4096
+TERM: Final = r"([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))"
+"""A number or a parameter, as a group of a pattern."""
 
 
 class Word(NamedTuple):
@@ -31,6 +33,12 @@ _ASIDE: Final = re.compile(r"\(.*\)")
 """A line in round brackets, which no block is: a remark that editors and simulators write."""
 _COMMA: Final = re.compile(r"(?<=\d),(?=\d)")
 _QUOTED: Final = re.compile(r'"[^"]*"')
+
+
+def spans(text: str) -> frozenset[int]:
+    """`3-6 14`: the numbers 3 to 6 and 14."""
+    ends = ([int(number) for number in part.split("-")] for part in text.split())
+    return frozenset(number for pair in ends for number in range(pair[0], pair[-1] + 1))
 
 
 def blocks(lines: Sequence[str]) -> list[Block]:
