@@ -39,7 +39,7 @@ from vmachining.nc.offset_curves import (
     trim_end,
     trim_start,
 )
-from vmachining.nc.vectors import add, subtract
+from vmachining.nc.vectors import add, put, subtract
 
 _make = tuple.__new__  # of named tuples: their own constructors take twice as long
 
@@ -277,9 +277,8 @@ class Compensation(NamedTuple):
     def _lift(self, pair: Pair, level: float) -> Point:
         if self.plane.normal == 2:
             return pair[0], pair[1], level
-        out = [0.0, 0.0, 0.0]
-        out[self.plane.first], out[self.plane.second], out[self.plane.normal] = pair[0], pair[1], level
-        return out[0], out[1], out[2]
+        plane = self.plane
+        return put((0.0, 0.0, 0.0), {plane.first: pair[0], plane.second: pair[1], plane.normal: level})
 
     def _shifted(self, move: Move, start: Pair, end: Pair, center: Pair | None, turns: int) -> Move:
         normal = self.plane.normal

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from vmachining.nc.arcs import Plane
 from vmachining.nc.model import Motion, Move
 from vmachining.nc.offset_curves import CompensationError, Pair, meet, offset_arc, offset_line
-from vmachining.nc.vectors import add, subtract
+from vmachining.nc.vectors import add, put, subtract
 
 
 class CornerError(Exception):
@@ -69,14 +69,11 @@ def _put(
     move: Move, plane: Plane, start: Pair | None = None, end: Pair | None = None, level: float | None = None
 ) -> Move:
     """The move with other ends in the plane; level : of both along the normal."""
-    out = []
-    for pair, point in ((start, move.start), (end, move.end)):
-        q = list(point)
-        if pair is not None:
-            q[plane.first], q[plane.second] = pair
-        if level is not None:
-            q[plane.normal] = level
-        out.append((q[0], q[1], q[2]))
+    high = {} if level is None else {plane.normal: level}
+    out = [
+        put(point, high if pair is None else {plane.first: pair[0], plane.second: pair[1], **high})
+        for pair, point in ((start, move.start), (end, move.end))
+    ]
     aside = subtract(out[1], move.end)
     return move._replace(
         start=out[0], end=out[1],

@@ -21,8 +21,9 @@ from vmachining.nc.fanuc_places import TAKEN, Places, polar
 from vmachining.nc.frames import UP, unit
 from vmachining.nc.lexer import Word
 from vmachining.nc.settings import Settings
-from vmachining.nc.state import State
+from vmachining.nc.state import ORIGIN, State
 from vmachining.nc.tooltable import ToolEntry
+from vmachining.nc.vectors import add, put
 
 LOOK_AHEAD: Final = "look-ahead, smoothing or accuracy"
 NOTED: Final[dict[int, tuple[str, str]]] = {
@@ -361,12 +362,9 @@ class Translator:
         values = {k: out.get(c) * out.state.scale for k, c in enumerate("XYZ") if c in out.given}
 
         def write(st: State) -> None:
-            old = st.offsets.get(code, (0.0, 0.0, 0.0))
-            x, y, z = (
-                values.get(k, 0.0 if not absolute else v) + (0.0 if absolute else v)
-                for k, v in enumerate(old)
-            )
-            st.offsets = {**st.offsets, code: (x, y, z)}
+            old = st.offsets.get(code, ORIGIN)
+            new = put(old, values) if absolute else add(put(ORIGIN, values), old)
+            st.offsets = {**st.offsets, code: new}
             st.place_offsets()
 
         out.before.append(write)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.expressions import NoValueError
+from vmachining.nc.vectors import put
 
 if TYPE_CHECKING:
     from vmachining.nc.state import State
@@ -91,7 +92,6 @@ def set_variable(state: State, number: int, value: float) -> None:
     at = _offset(number)
     if at is None:
         raise NoValueError(f"#{number} belongs to the control, setting it is not supported")
-    old = list(state.offsets.get(at[0], (0.0, 0.0, 0.0)))
-    old[at[1]] = value * state.scale
-    state.offsets = {**state.offsets, at[0]: (old[0], old[1], old[2])}
+    old = state.offsets.get(at[0], (0.0, 0.0, 0.0))
+    state.offsets = {**state.offsets, at[0]: put(old, {at[1]: value * state.scale})}
     state.place_offsets()

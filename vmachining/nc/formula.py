@@ -7,6 +7,7 @@ function without brackets takes what stands next to it. Angles are degrees. The 
 from __future__ import annotations
 
 import math
+import operator
 import re
 from collections.abc import Callable, Mapping
 from typing import Final
@@ -64,6 +65,48 @@ _PAIRS: Final[Mapping[str, Callable[[float, float], float]]] = {
 }
 
 
+def _near(a: float, b: float) -> bool:
+    return abs(a - b) <= 1e-12 * max(abs(a), abs(b), 1.0)
+
+
+def _divided(function: Callable[[float, float], float]) -> Callable[[float, float], float]:
+    def run(a: float, b: float) -> float:
+        if b == 0.0:
+            raise FormulaError("division by zero")
+        if not abs(a) <= 1e300:
+            raise FormulaError("out of range")
+        return function(a, b)
+
+    return run
+
+
+_LEVELS: Final[tuple[dict[str, Callable[[float, float], float]], ...]] = (
+    {
+        "OR": lambda a, b: float(bool(a) or bool(b)),
+        "XOR": lambda a, b: float(bool(a) != bool(b)),
+    },
+    {"AND": lambda a, b: float(bool(a) and bool(b))},
+    {
+        "==": lambda a, b: float(_near(a, b)),
+        "=": lambda a, b: float(_near(a, b)),
+        "<>": lambda a, b: float(not _near(a, b)),
+        ">": lambda a, b: float(a > b and not _near(a, b)),
+        "<": lambda a, b: float(a < b and not _near(a, b)),
+        ">=": lambda a, b: float(a > b or _near(a, b)),
+        "<=": lambda a, b: float(a < b or _near(a, b)),
+    },
+    {"+": operator.add, "-": operator.sub},
+    {
+        "*": operator.mul,
+        "/": _divided(operator.truediv),
+        "DIV": _divided(lambda a, b: math.trunc(a / b)),
+        "MOD": _divided(math.fmod),
+        "%": _divided(math.fmod),
+    },
+)
+"""Operators of two values, weakest first."""
+
+
 def evaluate(text: str, name: Callable[[str], float | None]) -> float:
     """Value of a formula.
 
@@ -108,62 +151,16 @@ class _Parser:
         if self.take() != token:
             raise FormulaError(f"'{token}' is missing")
 
-    def weakest(self, depth: int) -> float:
+    def weakest(self, depth: int, level: int = 0) -> float:
+        """Operators of a level and of those that bind stronger, from left to right."""
         if depth > DEEPEST:
             raise FormulaError("brackets are nested too deep")
-        value = self.conjunction(depth)
-        while self.peek() in ("OR", "XOR"):
-            word = self.take()
-            other = self.conjunction(depth)
-            value = float(bool(value) or bool(other)) if word == "OR" else float(bool(value) != bool(other))
-        return value
-
-    def conjunction(self, depth: int) -> float:
-        value = self.comparison(depth)
-        while self.peek() == "AND":
+        if level == len(_LEVELS):
+            return self.power(depth)
+        value = self.weakest(depth, level + 1)
+        while (word := self.peek()) is not None and word in _LEVELS[level]:
             self.take()
-            other = self.comparison(depth)
-            value = float(bool(value) and bool(other))
-        return value
-
-    def comparison(self, depth: int) -> float:
-        value = self.sum(depth)
-        while (word := self.peek()) in ("==", "=", "<>", ">", "<", ">=", "<="):
-            self.take()
-            other = self.sum(depth)
-            near = abs(value - other) <= 1e-12 * max(abs(value), abs(other), 1.0)
-            value = float(
-                {"==": near, "=": near, "<>": not near, ">": value > other and not near,
-                 "<": value < other and not near, ">=": value > other or near, "<=": value < other or near}[word or ""]
-            )  # fmt: skip
-        return value
-
-    def sum(self, depth: int) -> float:
-        value = self.product(depth)
-        while self.peek() in ("+", "-"):
-            sign = 1.0 if self.take() == "+" else -1.0
-            value += sign * self.product(depth)
-        return value
-
-    def product(self, depth: int) -> float:
-        value = self.power(depth)
-        while (word := self.peek()) in ("*", "/", "DIV", "MOD", "%"):
-            self.take()
-            other = self.power(depth)
-            if word == "*":
-                value *= other
-                continue
-            if other == 0.0:
-                raise FormulaError("division by zero")
-            if not abs(value) <= 1e300:
-                raise FormulaError("out of range")
-            value = (
-                value / other
-                if word == "/"
-                else math.trunc(value / other)
-                if word == "DIV"
-                else math.fmod(value, other)
-            )
+            value = _LEVELS[level][word](value, self.weakest(depth, level + 1))
         return value
 
     def power(self, depth: int) -> float:

@@ -18,8 +18,8 @@ from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Move, Point
 from vmachining.nc.run import Run
 from vmachining.nc.settings import Settings
-from vmachining.nc.state import State
-from vmachining.nc.vectors import add, subtract
+from vmachining.nc.state import ORIGIN, State
+from vmachining.nc.vectors import add, put, subtract
 
 INCH: Final = 25.4
 _FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}
@@ -353,13 +353,10 @@ class _Interpreter(Run):
                 *offsets.slides(self, {k: v - state.start_offset[k] for k, v in given.items()}), rotary
             )
             return
-        sim, machine = list(state.sim), list(state.machine)
-        for axis, value in given.items():
-            machine[axis] = value
-            sim[axis] = value - state.start_offset[axis]
+        sim = {axis: value - state.start_offset[axis] for axis, value in given.items()}
         for letter in block.rotary:
             rotary[letter.lower()] = block.words[letter][0]
-        self._line((sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2]), rotary)
+        self._line(put(state.sim, sim), put(state.machine, given), rotary)
 
     def _straight(self) -> None:
         block = self.block
@@ -405,11 +402,8 @@ class _Interpreter(Run):
         middle = self._in_plane(center)
         if not state.synced:
             # a tool length of this plane was switched since: the arc follows the programmed start
-            moved, sim_end = list(state.sim), list(sim)
-            moved[a], moved[b] = self._in_plane(start)
-            sim_end[a], sim_end[b] = self._in_plane(end)
-            state.sim = moved[0], moved[1], moved[2]
-            sim = sim_end[0], sim_end[1], sim_end[2]
+            state.sim = put(state.sim, dict(zip((a, b), self._in_plane(start), strict=True)))
+            sim = put(sim, dict(zip((a, b), self._in_plane(end), strict=True)))
         motion = Motion.ARC_CCW if ccw else Motion.ARC_CW
         rotary = self.rotary_target()
         if state.rotation != 0.0 and plane.name != "xy":
@@ -425,9 +419,8 @@ class _Interpreter(Run):
     def _in_plane(self, pair: tuple[float, float]) -> tuple[float, float]:
         """A pair of program coordinates in the simulation frame."""
         state = self.state
-        point = [0.0, 0.0, 0.0]
-        point[state.plane.first], point[state.plane.second] = pair
-        out = add(state.turned((point[0], point[1], point[2])), state.to_sim)
+        point = put(ORIGIN, {state.plane.first: pair[0], state.plane.second: pair[1]})
+        out = add(state.turned(point), state.to_sim)
         return out[state.plane.first], out[state.plane.second]
 
     def _turns(self) -> int:

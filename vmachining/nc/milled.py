@@ -20,6 +20,7 @@ from typing import Final, NamedTuple, Protocol
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.pen import Pen
 from vmachining.nc.placing import PenError
+from vmachining.nc.vectors import put
 
 MOST: Final = 20_000
 WIDEST: Final = 1.7
@@ -196,11 +197,9 @@ class _Mill:
         self.pen.go({self.a: place[0], self.b: place[1], **more}, rapid=False)
 
     def bend(self, place: Pair, centre: Pair, ccw: bool, level: float | None = None) -> None:
-        end = list(self.pen.at)
-        end[self.a], end[self.b] = place
-        if level is not None:
-            end[self.normal] = level
-        self.pen.arc((end[0], end[1], end[2]), centre, ccw=ccw, checked=False)
+        more = {} if level is None else {self.normal: level}
+        end = put(self.pen.at, {self.a: place[0], self.b: place[1], **more})
+        self.pen.arc(end, centre, ccw=ccw, checked=False)
 
     def run(self, ring: _Ring) -> None:
         """Once round, from its start and back."""
@@ -246,10 +245,9 @@ class _Mill:
             begin = middle[0] + reach, middle[1]
             with self.feeding(cut.down):
                 self.line(begin)
-                end = list(self.pen.at)
-                end[self.normal] = level
+                end = put(self.pen.at, {self.normal: level})
                 whole = max(1, math.ceil(turns - SAME_MM))
-                self.pen.arc((end[0], end[1], end[2]), middle, ccw=self.ccw, turns=whole)
+                self.pen.arc(end, middle, ccw=self.ccw, turns=whole)
                 self.bend(begin, middle, self.ccw)
             with self.feeding(cut.feed):
                 self.line(ring.start)

@@ -16,7 +16,7 @@ from vmachining.nc.placing import swung
 from vmachining.nc.run import Run
 from vmachining.nc.state import ORIGIN, WORK_OFFSETS
 from vmachining.nc.tooltable import ToolEntry
-from vmachining.nc.vectors import add, subtract
+from vmachining.nc.vectors import add, put, subtract
 
 AXES: Final = "XYZ"
 
@@ -35,11 +35,7 @@ def tool_length(run: Run, code: int, word: Word) -> None:
     elif code == 431:
         if not block.axes:
             raise run.fail("E371", word, "G43.1 without an axis word")
-        given = [block.value(letter) for letter in AXES]
-        x, y, z = (
-            old if new is None else new * state.scale for new, old in zip(given, state.length, strict=True)
-        )
-        state.length = x, y, z
+        state.length = put(state.length, _given(run))
     else:
         chosen = block.value("H")
         if code == 432 and chosen is None:
@@ -87,11 +83,8 @@ def write(run: Run, word: Word | None) -> None:
             raise run.fail("E207", block.word("R"), "G10 L20 takes no R")
         state.rotations = {**state.rotations, code: turn}
     old = state.offsets.get(code, ORIGIN)
-    given = {
-        axis: block.words[letter][0] * state.scale for axis, letter in enumerate(AXES) if letter in block.axes
-    }
-    written = given.get(0, old[0]), given.get(1, old[1]), given.get(2, old[2])
-    new = written if kind == 2.0 else _standing(run, code, old, given)
+    given = _given(run)
+    new = put(old, given) if kind == 2.0 else _standing(run, code, old, given)
     state.offsets = {**state.offsets, code: new}
     _first_zero(run, code, new)
     angles = dict(state.rotary_work.get(code, {}))
@@ -129,14 +122,8 @@ def _write_tool(run: Run, kind: int, word: Word | None) -> None:
         raise run.fail("E375", block.word(block.rotary[0]), what)
     number = tool_number(run, "P", place)
     old = state.table.get(number, ToolEntry(number, math.nan, 0.0))
-    given = {
-        axis: block.words[letter][0] * state.scale for axis, letter in enumerate(AXES) if letter in block.axes
-    }
-    before = old.x_mm, old.y_mm, old.length_mm
-    if kind == 1:
-        x, y, z = (given.get(axis, value) for axis, value in enumerate(before))
-    else:
-        x, y, z = _measured(run, kind, before, given)
+    given, before = _given(run), (old.x_mm, old.y_mm, old.length_mm)
+    x, y, z = put(before, given) if kind == 1 else _measured(run, kind, before, given)
     radius = block.value("R")
     state.table = {
         **state.table,
@@ -174,11 +161,7 @@ def _standing(run: Run, code: int, old: Point, given: dict[int, float]) -> Point
     kept = state.work
     state.work = code
     state.place_offsets()
-    seen = list(state.program)
-    before = state.turned((seen[0], seen[1], seen[2]))
-    for axis, value in given.items():
-        seen[axis] = value
-    after = state.turned((seen[0], seen[1], seen[2]))
+    before, after = state.turned(state.program), state.turned(put(state.program, given))
     state.work = kept
     state.place_offsets()
     return add(old, subtract(before, after))
@@ -189,19 +172,18 @@ def declare(run: Run, word: Word | None) -> None:
     block, state = run.block, run.state
     if not block.axes and not block.rotary:
         raise run.fail("E371", word, "G92 without an axis word")
-    program, sim = state.program, state.tip_program
-    offset, offset_sim = list(state.g92), list(state.g92_sim)
-    for axis, letter in enumerate(AXES):
-        value = block.value(letter)
-        if value is not None:
-            offset[axis] += program[axis] - value * state.scale
-            offset_sim[axis] += sim[axis] - value * state.scale
+    given = _given(run)
+
+    def shifted(old: Point, here: Point) -> Point:
+        return put(old, {axis: old[axis] + (here[axis] - value) for axis, value in given.items()})
+
+    offset, offset_sim = shifted(state.g92, state.program), shifted(state.g92_sim, state.tip_program)
     angles = dict(state.rotary_g92)
     for letter in block.rotary:
         axis_name = letter.lower()
         seen = state.rotary.get(axis_name, 0.0) - state.rotary_shift(axis_name)
         angles[axis_name] = angles.get(axis_name, 0.0) + seen - block.words[letter][0]
-    _set_g92(run, (offset[0], offset[1], offset[2]), (offset_sim[0], offset_sim[1], offset_sim[2]))
+    _set_g92(run, offset, offset_sim)
     state.rotary_g92 = state.rotary_saved = angles
 
 
@@ -210,12 +192,13 @@ def local(run: Run, word: Word | None) -> None:
     block, state = run.block, run.state
     if not block.axes:
         raise run.fail("E371", word, "G52 without an axis word")
-    offset, offset_sim = list(state.g92), list(state.g92_sim)
-    for axis, letter in enumerate(AXES):
-        value = block.value(letter)
-        if value is not None:
-            offset[axis] = offset_sim[axis] = value * state.scale
-    _set_g92(run, (offset[0], offset[1], offset[2]), (offset_sim[0], offset_sim[1], offset_sim[2]))
+    _set_g92(run, put(state.g92, _given(run)), put(state.g92_sim, _given(run)))
+
+
+def _given(run: Run) -> dict[int, float]:
+    """Axis words of the block, mm."""
+    block, scale = run.block, run.state.scale
+    return {axis: block.words[letter][0] * scale for axis, letter in enumerate(AXES) if letter in block.axes}
 
 
 def _set_g92(run: Run, offset: Point, offset_sim: Point) -> None:
@@ -260,50 +243,34 @@ def reference(run: Run, code: int) -> None:
     state.between = state.machine
     home = state.references[0 if code == 280 else 1]
     angles = state.rotary_references[0 if code == 280 else 1]
+    places = {axis: home[axis] for axis, letter in enumerate(AXES) if letter in named or not named}
     if state.carried is not None:
-        places = {axis: home[axis] for axis, letter in enumerate(AXES) if letter in named or not named}
         run.emit(Motion.RAPID, *slides(run, places), None)
         return
     # the axes named are those of the work offset, turned with it
-    sim, machine = list(state.tip_program), list(state.program)
     to_sim = state.seen(subtract(home, state.to_sim))
     to_machine = state.seen(subtract(add(home, state.start_offset), state.to_machine))
-    for axis, letter in enumerate(AXES):
-        if letter in named or not named:
-            sim[axis], machine[axis] = to_sim[axis], to_machine[axis]
+    sim = put(state.tip_program, {axis: to_sim[axis] for axis in places})
+    machine = put(state.program, {axis: to_machine[axis] for axis in places})
     turned = {
         axis: angles.get(axis, 0.0) if axis.upper() in named or not named else value
         for axis, value in state.rotary.items()
     }
-    run.emit(
-        Motion.RAPID,
-        add(state.turned((sim[0], sim[1], sim[2])), state.to_sim),
-        add(state.turned((machine[0], machine[1], machine[2])), state.to_machine),
-        None,
-        rotary=turned,
-    )
+    sim, machine = add(state.turned(sim), state.to_sim), add(state.turned(machine), state.to_machine)
+    run.emit(Motion.RAPID, sim, machine, None, rotary=turned)
 
 
 def slides(run: Run, places: dict[int, float]) -> tuple[Point, Point]:
     """Where slides that go to their own places, simulation frame, leave the tool in a tilted plane: table about zero."""
     state = run.state
     assert state.carried is not None
-    if (
-        abs(dot(state.carried.axis, state.axis) - 1.0) > 1e-9
-        or state.carried.mirrored
-        or state.carried.scale != 1.0
-    ):
+    frame = state.carried
+    if abs(dot(frame.axis, state.axis) - 1.0) > 1e-9 or frame.mirrored or frame.scale != 1.0:
         word = run.block.g[0][1]
-        raise run.fail(
-            "E208",
-            word,
-            f"{word.text} while coordinates are turned, scaled or mirrored",
-            "cancel that before",
-        )
-    here = list(swung(state.axis, UP, state.carried.apply(state.sim)))
-    for axis, value in places.items():
-        here[axis] = value
-    sim = state.carried.invert(swung(UP, state.axis, (here[0], here[1], here[2])))
+        what = f"{word.text} while coordinates are turned, scaled or mirrored"
+        raise run.fail("E208", word, what, "cancel that before")
+    here = put(swung(state.axis, UP, frame.apply(state.sim)), places)
+    sim = frame.invert(swung(UP, state.axis, here))
     return sim, add(sim, state.lag)
 
 
@@ -319,18 +286,11 @@ def from_reference(run: Run) -> None:
         what = "G29 without an axis word" if state.between is not None else "G29 before any G28"
         raise run.fail("E371", block.g[0][1], what)
     goal = run.target()
-    start, machine = list(state.sim), list(state.machine)
-    for axis, letter in enumerate(AXES):
-        if letter in block.axes:
-            machine[axis] = state.between[axis]
-            start[axis] = machine[axis] - state.lag[axis]
+    given, between = _given(run), state.between
+    machine = put(state.machine, {axis: between[axis] for axis in given})
+    start = put(state.sim, {axis: between[axis] - state.lag[axis] for axis in given})
     if not state.absolute:  # steps count from the intermediate point
-        steps = [block.value(letter) or 0.0 for letter in AXES]
-        goal = _stepped(start, steps, state.scale), _stepped(machine, steps, state.scale)
-    run.emit(Motion.RAPID, (start[0], start[1], start[2]), (machine[0], machine[1], machine[2]), None)
+        step = put(ORIGIN, given)
+        goal = add(start, step), add(machine, step)
+    run.emit(Motion.RAPID, start, machine, None)
     run.emit(Motion.RAPID, *goal, None, rotary=run.rotary_target())
-
-
-def _stepped(point: list[float], steps: list[float], scale: float) -> Point:
-    x, y, z = (p + s * scale for p, s in zip(point, steps, strict=True))
-    return x, y, z

@@ -26,6 +26,7 @@ from vmachining.nc.frames import UP, Frame
 from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
 from vmachining.nc.offset_curves import CompensationError, Pair
 from vmachining.nc.placing import Corner, PenError, Placing, swung
+from vmachining.nc.vectors import put
 
 ASSUMED_TEETH = 2
 """Of a tool that nobody describes."""
@@ -172,25 +173,22 @@ class Pen(Placing):
         vector: Point | None = None,
     ) -> None:
         """Straight to program coordinates; axes that are not named stay. vector : tool axis, program coordinates."""
-        end = list(self.at)
-        for axis, value in target.items():
-            end[axis] = value
-        self._straight((end[0], end[1], end[2]), set(target), rapid=rapid, rotary=rotary, vector=vector)
+        self._straight(put(self.at, target), set(target), rapid=rapid, rotary=rotary, vector=vector)
 
     def go_machine(self, values: Mapping[int, float], *, rapid: bool, word: str) -> None:
         """Straight to machine coordinates: those of the axes named. Where the part lies is what the job says; home else."""
         if self.compensation is not None:
             raise PenError("E359", "machine coordinates under cutter compensation", word)
         axis = self.plane_axis
-        slides = list(swung(axis, UP, self.frame.apply(self.tip or self.at)))
-        shift = self.settings.work_offsets.get(540)
-        for k, value in values.items():
-            slides[k] = self.settings.home[k] if shift is None else value - shift[k]
+        shift, home = self.settings.work_offsets.get(540), self.settings.home
+        goal = {k: home[k] if shift is None else value - shift[k] for k, value in values.items()}
+        slides = put(swung(axis, UP, self.frame.apply(self.tip or self.at)), goal)
         if shift is None and values:
             text = f"{word}: the job does not say where the part lies on the machine: these axes go to home"
             self.note("W366", text, word, once="machine")
-        place = swung(UP, axis, (slides[0], slides[1], slides[2]))
-        self._straight(self.frame.invert(place), set(values), rapid=rapid, rotary=None, vector=None)
+        self._straight(
+            self.frame.invert(swung(UP, axis, slides)), set(values), rapid=rapid, rotary=None, vector=None
+        )
 
     def _straight(
         self,

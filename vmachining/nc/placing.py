@@ -13,7 +13,7 @@ from vmachining.nc.frames import IDENTITY, UP, cross, dot, unit
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.settings import Settings
-from vmachining.nc.vectors import add, subtract
+from vmachining.nc.vectors import add, put, subtract
 
 EdgeFeed = Literal["", "inner", "all"]
 """Which arcs under compensation keep the feed of their contour; the rest keeps that of the centre."""
@@ -210,12 +210,10 @@ class Placing:
     def _out_arc(self, move: Move, axis: Point, end: Point) -> None:
         """An arc carried by the frame: in a main plane with the tool upright, else as circles about its normal."""
         frame, plane = self.frame, self.plane
-        middle, normal = list(move.start), [0.0, 0.0, 0.0]
         assert move.center is not None
-        middle[plane.first], middle[plane.second] = move.center
-        normal[plane.normal] = 1.0
-        center = self._tip((middle[0], middle[1], middle[2]), axis)
-        n = frame.direction((normal[0], normal[1], normal[2]))
+        middle = put(move.start, {plane.first: move.center[0], plane.second: move.center[1]})
+        center = self._tip(middle, axis)
+        n = frame.direction(put((0.0, 0.0, 0.0), {plane.normal: 1.0}))
         ccw = (move.motion is Motion.ARC_CCW) != frame.mirrored
         start = self._tip(move.start, axis)
         main = next((k for k in range(3) if abs(abs(n[k]) - 1.0) < 1e-12), None)

@@ -13,8 +13,8 @@ from vmachining.nc.lexer import Word
 from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
 from vmachining.nc.offset_curves import CompensationError
 from vmachining.nc.settings import Settings
-from vmachining.nc.state import State
-from vmachining.nc.vectors import add, subtract
+from vmachining.nc.state import ORIGIN, State
+from vmachining.nc.vectors import add, put, subtract
 
 SLOWEST_MM_MIN: Final = 0.1
 """Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""
@@ -67,18 +67,11 @@ class Run:
         """
         state = self.state
         if state.rotation == 0.0:
-            sim, machine = list(state.sim), list(state.machine)
-            for axis, value in values.items():
-                sim[axis] = value + state.to_sim[axis]
-                machine[axis] = value + state.to_machine[axis]
-            return (sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2])
-        here, there = list(state.tip_program), list(state.program)
-        for axis, value in values.items():
-            here[axis] = there[axis] = value
-        return (
-            add(state.turned((here[0], here[1], here[2])), state.to_sim),
-            add(state.turned((there[0], there[1], there[2])), state.to_machine),
-        )
+            sim = {axis: value + state.to_sim[axis] for axis, value in values.items()}
+            machine = {axis: value + state.to_machine[axis] for axis, value in values.items()}
+            return put(state.sim, sim), put(state.machine, machine)
+        here, there = put(state.tip_program, values), put(state.program, values)
+        return add(state.turned(here), state.to_sim), add(state.turned(there), state.to_machine)
 
     def target(self) -> tuple[Point, Point]:
         """Where the axis words lead."""
@@ -88,14 +81,7 @@ class Run:
             return self.place(self.polar_target())
         if state.absolute:
             return self.place({axis: value * state.scale for axis, value in given.items()})
-        if state.rotation == 0.0:
-            sim, machine = list(state.sim), list(state.machine)
-            for axis, value in given.items():
-                sim[axis] += value * state.scale
-                machine[axis] += value * state.scale
-            return (sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2])
-        steps = [given.get(axis, 0.0) * state.scale for axis in range(3)]
-        step = state.turned((steps[0], steps[1], steps[2]))
+        step = state.turned(put(ORIGIN, {axis: value * state.scale for axis, value in given.items()}))
         return add(state.sim, step), add(state.machine, step)
 
     def polar_target(self) -> dict[int, float]:

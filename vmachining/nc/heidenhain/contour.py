@@ -17,6 +17,7 @@ from vmachining.nc.heidenhain.text import Word
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.placing import PenError, refused
+from vmachining.nc.vectors import put
 
 if TYPE_CHECKING:
     from vmachining.nc.heidenhain.control import Control
@@ -162,10 +163,6 @@ class Contour:
             axis = parts["TX"], parts["TY"], parts["TZ"]
         self.pen.go(given, rapid=rapid, rotary=rotary or None, vector=axis)
 
-    def _whole(self, given: dict[int, float]) -> Point:
-        at = self.pen.at
-        return given.get(0, at[0]), given.get(1, at[1]), given.get(2, at[2])
-
     def _ccw(self, words: list[Word]) -> bool:
         sign = next((w.value for w in words if w.key == "DR"), self.control.direction)
         if sign not in ("+", "-"):
@@ -180,7 +177,7 @@ class Contour:
         given, rotary = self.target(words)
         if rotary:
             raise PenError("E361", "an arc that turns rotary axes", "C")
-        self._arc(self._whole(given), ccw=self._ccw(words), word="C")
+        self._arc(put(self.pen.at, given), ccw=self._ccw(words), word="C")
 
     def circle_radius(self, words: list[Word]) -> None:
         """CR: R above zero is the shorter arc."""
@@ -189,7 +186,7 @@ class Contour:
         if radius is None:
             raise PenError("E302", "CR without a radius", "CR")
         given, _ = self.target(words)
-        end, ccw = self._whole(given), self._ccw(words)
+        end, ccw = put(self.pen.at, given), self._ccw(words)
         a, b = pen.plane.first, pen.plane.second
         try:
             center = center_from_radius((pen.at[a], pen.at[b]), (end[a], end[b]), radius * pen.scale, ccw)
@@ -224,7 +221,7 @@ class Contour:
         t = pen.heading()
         if t is None:
             raise PenError("E302", "CT has no motion before it that gives a tangent", "CT")
-        end = self.polar(words) if polar else self._whole(self.target(words)[0])
+        end = self.polar(words) if polar else put(self.pen.at, self.target(words)[0])
         a, b = pen.plane.first, pen.plane.second
         made = _tangent_arc((pen.at[a], pen.at[b]), t, (end[a], end[b]))
         if made is None:
@@ -239,7 +236,7 @@ class Contour:
         pen = self.pen
         polar = kind.startswith("P")
         kind = kind.removeprefix("P")
-        end = self.polar(words) if polar else self._whole(self.target(words)[0])
+        end = self.polar(words) if polar else put(self.pen.at, self.target(words)[0])
         length, radius, angle = self._sizes(words)
         a, b, normal = pen.plane.first, pen.plane.second, pen.plane.normal
         goal, came = (end[a], end[b]), (pen.at[a], pen.at[b])
@@ -308,9 +305,8 @@ class Contour:
             share = abs(radius) / inner
             start = center[0] + share * (touch[0] - center[0]), center[1] + share * (touch[1] - center[1])
         pen.go(place(start), rapid=False)
-        end = place(goal)
         if math.dist(start, goal) > 1e-9:
-            pen.arc((end[0], end[1], end[2]), center, ccw=ccw, word="APPR", checked=False)
+            pen.arc(put(pen.at, place(goal)), center, ccw=ccw, word="APPR", checked=False)
 
     def depart(self, kind: str, words: list[Word]) -> None:
         """DEP kind: leaves the last contour element; compensation ends behind it."""
@@ -348,7 +344,7 @@ class Contour:
                 away = center[0] + c * arm[0] - s * arm[1], center[1] + s * arm[0] + c * arm[1]
                 self._depart_arc(away, center, ccw)
             else:
-                end = self.polar(words) if polar else self._whole(self.target(words)[0])
+                end = self.polar(words) if polar else put(self.pen.at, self.target(words)[0])
                 inner = abs(radius) - math.copysign(rho, radius)
                 touch = _touch((end[a], end[b]), center, inner, not ccw) if inner > 1e-9 else None
                 if touch is None:
@@ -365,9 +361,8 @@ class Contour:
 
     def _depart_arc(self, away: Pair, center: Pair, ccw: bool) -> None:
         pen = self.pen
-        end = list(pen.at)
-        end[pen.plane.first], end[pen.plane.second] = away
-        pen.arc((end[0], end[1], end[2]), center, ccw=ccw, word="DEP", checked=False)
+        end = put(pen.at, {pen.plane.first: away[0], pen.plane.second: away[1]})
+        pen.arc(end, center, ccw=ccw, word="DEP", checked=False)
         pen.compensate(0)
 
     def _where_it_stands(self) -> None:

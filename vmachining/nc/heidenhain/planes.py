@@ -16,6 +16,7 @@ from math import cos, radians, sin
 from vmachining.nc.frames import EYE, IDENTITY, Frame, Rows, axis_turn, cross, dot, matmul, unit
 from vmachining.nc.model import Point
 from vmachining.nc.placing import PenError
+from vmachining.nc.vectors import put
 
 SAME = 1e-9
 
@@ -98,10 +99,8 @@ class Planes:
     def datum(self, values: dict[int, tuple[float, bool]]) -> None:
         """Cycle 7: axis -> value, incremental."""
         kind = "shift in the plane" if self.tilted else "shift"
-        old = list(self.shift.get(kind, (0.0, 0.0, 0.0)))
-        for axis, (value, step) in values.items():
-            old[axis] = value + (old[axis] if step else 0.0)
-        new = old[0], old[1], old[2]
+        old = self.shift.get(kind, (0.0, 0.0, 0.0))
+        new = put(old, {axis: value + (old[axis] if step else 0.0) for axis, (value, step) in values.items()})
         self.define(kind, Frame(origin=new))
         self.shift[kind] = new
 

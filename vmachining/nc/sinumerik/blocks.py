@@ -12,6 +12,7 @@ from vmachining.nc.offset_curves import Pair
 from vmachining.nc.placing import PenError, refused
 from vmachining.nc.sinumerik.modes import Modes
 from vmachining.nc.sinumerik.text import Word
+from vmachining.nc.vectors import put
 
 AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 ROTARY: Final = "ABC"
@@ -233,14 +234,10 @@ class Control(Modes):
             w.name in ("I", "J", "K", "CR", "AR", "AP", "RP") for w in found
         )
 
-    def _whole(self, target: dict[int, float]) -> Point:
-        at = self.pen.at
-        return target.get(0, at[0]), target.get(1, at[1]), target.get(2, at[2])
-
     def _arc(self, found: list[Word], target: dict[int, float], *, ccw: bool) -> None:
         pen = self.pen
         a, b = pen.plane.first, pen.plane.second
-        end = self._whole(target)
+        end = put(self.pen.at, target)
         start, finish = (pen.at[a], pen.at[b]), (end[a], end[b])
         radius, opening = self._get(found, "CR"), self._get(found, "AR")
         extra = self._get(found, "TURN") or 0.0
@@ -266,9 +263,7 @@ class Control(Modes):
                 center, turn = centre, 2.0 * half * (1.0 if ccw else -1.0)
                 dx, dy = start[0] - center[0], start[1] - center[1]
                 c, s = math.cos(turn), math.sin(turn)
-                place = list(end)
-                place[a], place[b] = center[0] + c * dx - s * dy, center[1] + s * dx + c * dy
-                end = place[0], place[1], place[2]
+                end = put(end, {a: center[0] + c * dx - s * dy, b: center[1] + s * dx + c * dy})
         elif centre is not None:
             center = centre
         elif any(w.name in ("AP", "RP") for w in found):
@@ -295,7 +290,7 @@ class Control(Modes):
     def _special(self, keys: set[str], found: list[Word], target: dict[int, float]) -> None:
         pen = self.pen
         a, b = pen.plane.first, pen.plane.second
-        end = self._whole(target)
+        end = put(self.pen.at, target)
         start, finish = (pen.at[a], pen.at[b]), (end[a], end[b])
         if "CT" in keys:
             t = pen.heading()
@@ -347,10 +342,8 @@ class Control(Modes):
             raise PenError("E301", f"G{self.motion:g} needs a pitch and a speed", f"G{self.motion:g}")
         feed = pen.tap_feed(self.lead, rpm, f"G{self.motion:g}")
         reach = math.hypot(*steps.values())
-        kept = pen.feed, pen.feed_mode
-        pen.feed, pen.feed_mode = feed * (reach / steps[longest] if reach else 1.0), "min"
-        pen.go(target, rapid=False)
-        pen.feed, pen.feed_mode = kept
+        with pen.feeding(feed * (reach / steps[longest] if reach else 1.0)):
+            pen.go(target, rapid=False)
 
     lead = 0.0
     """mm, of the thread in force."""
