@@ -48,7 +48,7 @@ def range_findings(program: Program, mill: Mill) -> list[Finding]:
         out += _feeds(program, mill)
     except (NCError, KinematicsError) as exc:
         line = getattr(exc, "line", None) or 1
-        out.append(finding("E378", line, None, exc.message)._replace(hint=exc.remedy or ""))
+        out.append(finding("E378", line, None, exc.message, hint=exc.remedy or ""))
     return out
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 from vmachining.nc.apt_cycles import HoleCycle
-from vmachining.nc.apt_frames import UP, Circle, Frame, along, cross, dot
 from vmachining.nc.apt_records import Record, RecordError
 from vmachining.nc.arcs import PLANES, ArcError, check_center, is_rounded
 from vmachining.nc.checks import finding
+from vmachining.nc.frames import UP, cross, dot
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.poses import AXIS_TOLERANCE, unit_axis
 from vmachining.nc.settings import Settings
@@ -24,6 +24,39 @@ FEED_UNITS: Final = {
     "PERMIN": (0.0, False), "PERREV": (0.0, True),
 }  # fmt: skip
 """mm per unit (0: the unit of the file), and whether per revolution."""
+
+
+class Circle(NamedTuple):
+    """Of the next GOTO: counter-clockwise about the axis; radius : as the record says it, or None."""
+
+    center: Point
+    axis: Point
+    radius: float | None
+
+
+class Frame(NamedTuple):
+    """A coordinate system: origin and axes, in that of the file."""
+
+    origin: Point
+    x: Point
+    y: Point
+    z: Point
+
+    def out(self, vector: Point) -> Point:
+        """A vector of this system, in that of the file."""
+        return tuple(  # type: ignore[return-value]
+            vector[0] * a + vector[1] * b + vector[2] * c
+            for a, b, c in zip(self.x, self.y, self.z, strict=True)
+        )
+
+    def into(self, vector: Point) -> Point:
+        """A vector of the file, in this system."""
+        return dot(vector, self.x), dot(vector, self.y), dot(vector, self.z)
+
+
+def along(point: Point, axis: Point, height: float) -> Point:
+    """point + height axis"""
+    return point[0] + axis[0] * height, point[1] + axis[1] * height, point[2] + axis[2] * height
 
 
 class AptMotions:
@@ -53,8 +86,7 @@ class AptMotions:
 
     def note(self, code: str, line: int, message: str, word: str = "", hint: str = "") -> None:
         """Add a finding."""
-        item = finding(code, line, None, message, word)
-        self.found.append(item._replace(hint=hint) if hint else item)
+        self.found.append(finding(code, line, None, message, word, hint=hint))
 
     def once(self, code: str, line: int, message: str, word: str = "") -> None:
         """Add a finding that is said once."""

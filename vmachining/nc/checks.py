@@ -12,9 +12,11 @@ NEAR: float = 1e-6
 """mm: a coordinate this near to a multiple of the increment, or to the end of travel, is one."""
 
 
-def finding(code: str, line: int, n: int | None, message: str, word: str = "", col: int = 1) -> Finding:
-    """A finding with the hint of its catalogue entry."""
-    return Finding(line, col, len(word), n, word, code, code[0], message, CATALOGUE[code].hint)
+def finding(
+    code: str, line: int, n: int | None, message: str, word: str = "", col: int = 1, hint: str = ""
+) -> Finding:
+    """A finding; hint : in place of that of its catalogue entry."""
+    return Finding(line, col, len(word), n, word, code, code[0], message, hint or CATALOGUE[code].hint)
 
 
 def check_moves(

@@ -77,7 +77,7 @@ def closing(
         text = f"{what}: so all arcs of the program fit, {count} do not as Fanuc counts"
         keys = [f'arc_centres = "{centres}"'] * (centres != "start") + ["modal_centres = true"] * modal
         hint = f"confirm it: {', '.join(keys)} under [program.control], or --control"
-        return other, [finding("I213", first.line, None, text, first.word, first.col)._replace(hint=hint)]
+        return other, [finding("I213", first.line, None, text, first.word, first.col, hint=hint)]
     return settings, []
 
 
@@ -96,7 +96,7 @@ def worn(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Findi
         return settings, []
     what = "WEAR COMP: the program is the path of the tool centre, and D registers hold wear, taken as zero"
     hint = 'confirm it: compensation = "wear" under [program.control], or "radius"'
-    said = finding("I213", at, None, what, "WEAR COMP")._replace(hint=hint)
+    said = finding("I213", at, None, what, "WEAR COMP", hint=hint)
     return replace(settings, control=replace(control, compensation="wear")), [said]
 
 
@@ -123,7 +123,7 @@ def quill(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Find
     what = "W moves the tool along Z, beside Z: the depth is the sum of both, and W begins at 0"
     hint = 'confirm it: w = "z" under [program.control], or --control w=z'
     return replace(settings, control=replace(control, w="z")), [
-        finding("I213", at, None, what, word)._replace(hint=hint)
+        finding("I213", at, None, what, word, hint=hint)
     ]
 
 
@@ -156,5 +156,5 @@ def lengths(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Fi
         return settings, []
     what = f"no length has a decimal point, and they reach {far:g}: they count increments of 0.001 mm or 0.0001 inch"
     hint = 'confirm it: increments = "IS-B" under [program.control], or "points"'
-    said = finding("I213", at, None, what, word)._replace(hint=hint)
+    said = finding("I213", at, None, what, word, hint=hint)
     return replace(settings, control=replace(control, increments="IS-B")), [said]

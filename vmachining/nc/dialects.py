@@ -17,7 +17,7 @@ from vmachining.installed import Installed
 from vmachining.nc.blocks import Reader
 from vmachining.nc.checks import finding
 from vmachining.nc.conventions import times
-from vmachining.nc.foreign import never_a_program, recognised
+from vmachining.nc.foreign import Foreign, never_a_program, recognised
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Finding
 from vmachining.nc.model import Reading as Reading
@@ -223,8 +223,7 @@ DIALECTS: Final = tuple(_OWN)
 def read_lines(lines: Sequence[str], settings: Settings) -> Reading:
     """A program in one dialect; where it is not a program of it, one finding says what it is."""
     if (never := never_a_program("\n".join(_head(lines)))) is not None:
-        named = finding("E211", never.line, None, f"this is {never.what}", never.word, never.col)
-        return Reading([], [named._replace(hint=never.remedy)], False)
+        return Reading([], [_stranger(never)], False)
     dialect = TABLE[settings.dialect]
     # a million lines take 80 MB: those of G-code are not split again
     reading = _of_lines(list(lines), settings) if dialect.g_code else dialect.read("\n".join(lines), settings)
@@ -233,14 +232,18 @@ def read_lines(lines: Sequence[str], settings: Settings) -> Reading:
     if dialect.name in ("heidenhain", "heidenhain-iso", "sinumerik") and recognise(lines) == dialect.name:
         wrong = []  # it is what it says it is, however wrong
     if wrong and (other := recognised(lines, wrong, dialect.name, dialect.g_code)) is not None:
-        cause = finding("E211", other.line, None, f"this is {other.what}", other.word, other.col)
-        cause = cause._replace(hint=other.remedy) if other.remedy else cause
+        cause = _stranger(other)
     elif wrong and (line := _prose(reading.findings, lines)):
         what = "this is a text, or a program in a language that is not read"
         cause = finding("E211", line, None, what, lines[line - 1].strip()[:40])
     if cause is None:
         return reading
     return reading._replace(moves=[], findings=[cause])
+
+
+def _stranger(found: Foreign) -> Finding:
+    """What a text is that is not a program of its dialect."""
+    return finding("E211", found.line, None, f"this is {found.what}", found.word, found.col, found.remedy)
 
 
 def _prose(findings: Sequence[Finding], lines: Sequence[str]) -> int:

@@ -88,7 +88,7 @@ def as_lathe(lines: Sequence[str], settings: Settings, diameters: bool) -> tuple
     control = replace(settings.control, lathe=kind)
     what = f"a program for turning, X words are {'diameters' if diameters else 'radii'}: its path is read, no material is turned"
     hint = f'confirm it: lathe = "{kind}" under [program.control], or --control lathe=mill where it is a mill'
-    said = finding("W380", 1, None, what)._replace(hint=hint)
+    said = finding("W380", 1, None, what, hint=hint)
     return replace(settings, control=control, home=home, rotary=rotary), [said]
 
 

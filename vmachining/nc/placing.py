@@ -103,8 +103,7 @@ class Placing:
                 return
             self._once.add((code, once))
         col = max(self.text.upper().find(word.upper()), 0) + 1 if word else 1
-        found = finding(code, self.line, self.n, message, word[:40], col)
-        self.findings.append(found._replace(hint=hint or found.hint))
+        self.findings.append(finding(code, self.line, self.n, message, word[:40], col, hint))
 
     def accept(self, what: str, word: str, once: str) -> None:
         """Note that it changes no path, once for this key."""

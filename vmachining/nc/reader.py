@@ -45,7 +45,7 @@ def _unit(lines: Sequence[str], guessed: bool) -> tuple[UnitName, list[Finding]]
         full = "inches" if unit.name == "inch" else "mm"
         what = f"no word names the unit: lengths are read as {full}, because of {unit.why}"
         hint = 'if it is otherwise: units = "mm" or "inch" under [program], or --units'
-        return unit.name, [finding("I213", 1, None, what)._replace(hint=hint)]
+        return unit.name, [finding("I213", 1, None, what, hint=hint)]
     return "", [finding("W213", 1, None, f"no word names the unit and {unit.why}: lengths are read as mm")]
 
 
@@ -78,7 +78,7 @@ def _turning(lines: Sequence[str], settings: Settings, said: list[Finding]) -> t
             ours = replace(ours, control=replace(ours.control, swapped=True))
             what = "G2 and G3 are counted from below: so no arc of the program goes the long way round"
             hint = "confirm it: swapped = true under [program.control], or --control"
-            centres = [*centres, finding("I213", 1, None, what)._replace(hint=hint)]
+            centres = [*centres, finding("I213", 1, None, what, hint=hint)]
             reading = read_lines(lines, ours)
         if best is None or arcs_open(reading.findings) < arcs_open(best[0].findings):
             best = reading, [*said, *more, *centres]

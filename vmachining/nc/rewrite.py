@@ -110,16 +110,17 @@ def _by_line(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten:
         feeds[line] = old if same and old is not None else math.floor(feed * 10.0 * (1 + SLACK)) / 10.0
     unsplit = tuple(sorted(line for line, edit in edits.items() if len(set(edit.feeds_mm_min)) > 1))
     if program.dialect == "poses":
-        table = rewrite_pose_feeds(lines, feeds)
-        data, source, untouched = table.lines, tuple(range(1, len(lines) + 1)), table.untouched
-    elif program.dialect in LANGUAGES:
-        changed = {line: feed for line, feed in feeds.items() if feed != was.get(line)}
-        words = rewrite_word_feeds(program.dialect, lines, program.moves, changed)
-        data, source, untouched = words.lines, tuple(range(1, len(lines) + 1)), words.untouched
+        made = rewrite_pose_feeds(lines, feeds)
     else:
-        file = rewrite_apt_feeds(lines, {line: feed for line, feed in feeds.items() if feed != was.get(line)})
-        data, source, untouched = file.lines, file.source_line, file.untouched
-    return Rewritten(mark + "".join(data).encode(codec), source, unsplit, untouched)
+        changed = {line: feed for line, feed in feeds.items() if feed != was.get(line)}
+        words = program.dialect in LANGUAGES
+        made = (
+            rewrite_word_feeds(program.dialect, lines, program.moves, changed)
+            if words
+            else rewrite_apt_feeds(lines, changed)
+        )
+    source = made.source_line or tuple(range(1, len(lines) + 1))
+    return Rewritten(mark + "".join(made.lines).encode(codec), source, unsplit, made.untouched)
 
 
 def _check(edit: BlockEdit, line: int) -> None:

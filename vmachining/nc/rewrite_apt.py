@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 from vmachining.nc.apt import unit_of_feeds
 from vmachining.nc.apt_records import records
-from vmachining.nc.rewrite_pieces import number_text
+from vmachining.nc.rewrite_pieces import Written, number_text
 
 HEAD: Final = re.compile(r"\s*([A-Za-z][A-Za-z0-9-]*)\s*(?:,\s*\w+\s*)*(?:/(.*))?$", re.DOTALL)
 MOTIONS: Final = ("GOTO", "GODLTA", "TLON")
@@ -25,18 +25,7 @@ OWN_FEED: Final = re.compile(rf"\b(MMPM|IPM|MMPR|IPR|PERMIN|PERREV)\s*,{_NUMBER}
 FEED: Final = re.compile(rf"{_NUMBER}\s*(?:,\s*(PERMIN|PERREV)\s*)?")
 
 
-class AptText(NamedTuple):
-    """lines : as written, ends of lines included. source_line : 1-based line of the original of each.
-
-    untouched : lines that were to get a feed and could not.
-    """
-
-    lines: list[str]
-    source_line: tuple[int, ...]
-    untouched: tuple[int, ...] = ()
-
-
-def rewrite_apt_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, float]) -> AptText:
+def rewrite_apt_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, float]) -> Written:
     """Write feeds into a cutter location file.
 
     lines : text and end of every line, from the first.
@@ -97,7 +86,7 @@ def rewrite_apt_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, floa
             rapid, arc = False, -1
         out.append(text + end)
         source.append(k)
-    return AptText(out, tuple(source), tuple(untouched))
+    return Written(out, tuple(untouched), tuple(source))
 
 
 def _in_unit(record: Sequence[tuple[str, str]], inch: bool) -> list[tuple[str, str]]:

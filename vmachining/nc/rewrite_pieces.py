@@ -151,6 +151,17 @@ class LineEdit:
         return out
 
 
+class Written(NamedTuple):
+    """A program with new feeds. lines : ends of lines included. untouched : those that were to get a feed and could not.
+
+    source_line : 1-based line of the original of each; None: the same.
+    """
+
+    lines: list[str]
+    untouched: tuple[int, ...] = ()
+    source_line: tuple[int, ...] | None = None
+
+
 class Pieces(NamedTuple):
     """A block cut in m pieces. F words are still missing.
 

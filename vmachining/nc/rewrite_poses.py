@@ -7,21 +7,13 @@ are not divided. A table without the column, and lines with quotes, are left alo
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
-from vmachining.nc.rewrite_pieces import number_text
+from vmachining.nc.rewrite_pieces import Written, number_text
 
 FEED = "feed_mm_min"
 
 
-class PosesText(NamedTuple):
-    """lines : as written, ends of lines included. untouched : those that wanted a feed and could not take it."""
-
-    lines: list[str]
-    untouched: tuple[int, ...]
-
-
-def rewrite_pose_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, float]) -> PosesText:
+def rewrite_pose_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, float]) -> Written:
     """Write feeds into a table.
 
     lines : text and end of every line, from the first.
@@ -60,4 +52,4 @@ def rewrite_pose_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, flo
             text = ",".join(cells)
         now = want
         out.append(text + end)
-    return PosesText(out, tuple(untouched))
+    return Written(out, tuple(untouched))

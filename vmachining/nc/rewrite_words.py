@@ -21,7 +21,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from vmachining.nc.rewrite_pieces import number_text
+from vmachining.nc.rewrite_pieces import Written, number_text
 
 if TYPE_CHECKING:
     from vmachining.nc.model import Move
@@ -85,13 +85,6 @@ LANGUAGES: Final = {
 }  # fmt: skip
 
 
-class WordsText(NamedTuple):
-    """lines : as written, ends of lines included. untouched : those that were to get a feed and could not."""
-
-    lines: list[str]
-    untouched: tuple[int, ...]
-
-
 class _Block(NamedTuple):
     """Motions of one line that follow each other. plain : may take an F. explicit : sets the modal feed itself.
 
@@ -109,7 +102,7 @@ class _Block(NamedTuple):
 
 def rewrite_word_feeds(
     dialect: str, lines: Sequence[tuple[str, str]], moves: Sequence[Move], feeds: Mapping[int, float]
-) -> WordsText:
+) -> Written:
     """Write feeds into a program.
 
     dialect : of `LANGUAGES`. lines : text and end of every line, from the first. moves : in the order in which they run.
@@ -121,7 +114,7 @@ def rewrite_word_feeds(
     scales = _scales(language, texts, blocks)
     todo, was_changed = dict(feeds), False
     if scales is None:
-        return WordsText([text + end for text, end in lines], tuple(sorted(todo)))
+        return Written([text + end for text, end in lines], tuple(sorted(todo)))
     for k, (block, scale) in enumerate(zip(blocks, scales, strict=True)):
         after = blocks[k + 1] if k + 1 < len(blocks) else None
         may = block.plain and (after is None or after.plain or after.explicit)
@@ -132,7 +125,7 @@ def rewrite_word_feeds(
             was_changed = differs
         elif block.explicit:
             was_changed = False
-    return WordsText([text + end for text, (_, end) in zip(texts, lines, strict=True)], tuple(sorted(todo)))
+    return Written([text + end for text, (_, end) in zip(texts, lines, strict=True)], tuple(sorted(todo)))
 
 
 def _blocks(language: _Language, texts: Sequence[str], moves: Sequence[Move]) -> list[_Block]:

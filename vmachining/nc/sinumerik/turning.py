@@ -63,7 +63,7 @@ def as_turning(lines: Sequence[str], settings: Settings) -> tuple[Settings, list
         f'confirm it: lathe = "{given}" under [program.control], or --control lathe=mill where it is a mill'
     )
     control = replace(taken.control, lathe=given)
-    return replace(taken, control=control), [finding("W380", 1, None, what)._replace(hint=said.hint and hint)]
+    return replace(taken, control=control), [finding("W380", 1, None, what, hint=said.hint and hint)]
 
 
 class Turning(Places):
