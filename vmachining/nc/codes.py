@@ -73,64 +73,52 @@ class Refusal(NamedTuple):
     hint: str = ""
 
 
-_REFUSED: Final = {
-    680: "rotation of coordinates by G68, G69 is not supported",
-    690: "rotation of coordinates by G68, G69 is not supported",
-    500: "scaling (G50, G51) is not supported",
-    510: "scaling (G50, G51) is not supported",
-    150: "polar coordinates (G15, G16) are not supported",
-    160: "polar coordinates (G15, G16) are not supported",
-    290: "G29 (return from reference) is known to Fanuc controls only",
-    435: "tool centre point control with I J K axis words (G43.5) is not supported",
-    650: "macro calls (G65, G66) are not supported",
-    660: "macro calls (G65, G66) are not supported",
-    **dict.fromkeys((50, 51, 52, 53), "splines (G5) are not supported"),
-    **dict.fromkeys((382, 383, 384, 385), "probing (G38) is not supported"),
-    **dict.fromkeys((120, 130), "circular pockets (G12, G13) are known to the haas dialect only"),
-    **dict.fromkeys((310, 370), "probing (G31, G37), where a signal ends the motion, is not supported"),
-    870: "back boring (G87) is not supported",
-    880: "boring with manual retract (G88) is not supported",
-    760: "G76 (threading, or fine boring) is not supported",
-    682: "a tilted working plane (G68.2) is known to Fanuc controls only",
-    683: "a tilted working plane by the tool axis (G68.3) is not supported",
-    684: "a tilted working plane in a tilted plane (G68.4) is not supported",
-    **dict.fromkeys(
-        (2680, 2690), "feature coordinates (G268), whose order of turns Q chooses, are not supported"
-    ),
-    **dict.fromkeys((61, 62), "NURBS (G6.2) are not supported"),
-    **dict.fromkeys(
-        (22, 23, 32, 33, 24, 34), "involutes, spirals and circles in space (G2.2 to G2.4) are not supported"
-    ),
-    **dict.fromkeys((121, 1120), "polar coordinate interpolation (G12.1, G112) is not supported"),
-    **dict.fromkeys(
-        (412, 413, 414, 415, 416, 422, 423, 424, 425, 426, 1410),
-        "cutter compensation in space (G41.2, G141) is not supported",
-    ),
-    **dict.fromkeys(
-        (542, 544),
-        "work offsets that turn with the table or contain a set-up error (G54.2, G54.4) are not supported",
-    ),
-    **dict.fromkeys(
-        (450, 460, 480), "steps longer or shorter by a tool offset (G45 to G48) are not supported"
-    ),
-    536: "a tool that turns about its tip (G53.6) is not supported",
-    925: "a turn of the part's coordinates (G92.5) is not supported",
-    **dict.fromkeys(
-        (1530, 1550, 1560, 1610, 1640, 1650, 1690, 1740, 1840),
-        "cycles along the axis of a tool that leans (G153 to G184) are not supported",
-    ),
-    470: "engraving (G47), whose letters the control knows, is not supported",
-    1500: "pocket milling by the control (G150) is not supported",
-    **dict.fromkeys(
-        (350, 360, 1360), "probing (G35, G36, G136), where a signal ends the motion, is not supported"
-    ),
-}
-_TURNING: Final = {
-    70: "diameter mode", 80: "radius mode", 240: "radius programming", 320: "thread cutting",
-    330: "thread cutting", 700: "a finishing cycle", 710: "a roughing cycle", 711: "a roughing cycle",
-    712: "a roughing cycle", 720: "a roughing cycle", 721: "a roughing cycle", 722: "a roughing cycle",
-    960: "constant surface speed",
-}  # fmt: skip
+def _said(table: str) -> dict[int, str]:
+    """`1 2: text`, a line each, by the numbers."""
+    rows = (line.partition(": ") for line in table.strip().splitlines())
+    return {int(code): text for codes, _, text in rows for code in codes.split()}
+
+
+_REFUSED: Final = _said("""
+680 690: rotation of coordinates by G68, G69 is not supported
+500 510: scaling (G50, G51) is not supported
+150 160: polar coordinates (G15, G16) are not supported
+290: G29 (return from reference) is known to Fanuc controls only
+435: tool centre point control with I J K axis words (G43.5) is not supported
+650 660: macro calls (G65, G66) are not supported
+50 51 52 53: splines (G5) are not supported
+382 383 384 385: probing (G38) is not supported
+120 130: circular pockets (G12, G13) are known to the haas dialect only
+310 370: probing (G31, G37), where a signal ends the motion, is not supported
+870: back boring (G87) is not supported
+880: boring with manual retract (G88) is not supported
+760: G76 (threading, or fine boring) is not supported
+682: a tilted working plane (G68.2) is known to Fanuc controls only
+683: a tilted working plane by the tool axis (G68.3) is not supported
+684: a tilted working plane in a tilted plane (G68.4) is not supported
+2680 2690: feature coordinates (G268), whose order of turns Q chooses, are not supported
+61 62: NURBS (G6.2) are not supported
+22 23 32 33 24 34: involutes, spirals and circles in space (G2.2 to G2.4) are not supported
+121 1120: polar coordinate interpolation (G12.1, G112) is not supported
+412 413 414 415 416 422 423 424 425 426 1410: cutter compensation in space (G41.2, G141) is not supported
+542 544: work offsets that turn with the table or contain a set-up error (G54.2, G54.4) are not supported
+450 460 480: steps longer or shorter by a tool offset (G45 to G48) are not supported
+536: a tool that turns about its tip (G53.6) is not supported
+925: a turn of the part's coordinates (G92.5) is not supported
+1530 1550 1560 1610 1640 1650 1690 1740 1840: cycles along the axis of a tool that leans (G153 to G184) are not supported
+470: engraving (G47), whose letters the control knows, is not supported
+1500: pocket milling by the control (G150) is not supported
+350 360 1360: probing (G35, G36, G136), where a signal ends the motion, is not supported
+""")
+_TURNING: Final = _said("""
+70: diameter mode
+80: radius mode
+240: radius programming
+320 330: thread cutting
+700: a finishing cycle
+710 711 712 720 721 722: a roughing cycle
+960: constant surface speed
+""")
 _MTS: Final = {770: "arc pattern", 780: "line pattern", 790: "cycle call"}
 
 

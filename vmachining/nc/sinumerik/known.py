@@ -26,65 +26,34 @@ NOTED_SET: Final = frozenset({"SPOS", "SPOSA", "ACC", "ADIS", "ADISPOS",
                               "SCC", "G", "H"})  # fmt: skip
 EDGE_FEEDS: Final[dict[str, EdgeFeed]] = {"CFC": "all", "CFIN": "inner", "CFTCP": ""}
 """Feed on arcs under compensation: of the contour (as the control starts), of inner arcs only, of the tool centre."""
+ORIENTED: Final = frozenset("ORIWKS ORIAXES ORIVECT ORIROTA ORIEULER ORIRPY ORIRPY2 ORIVIRT1 ORIMKS".split())  # noqa: SIM905
 FEED_SET: Final = frozenset({"FL", "FA", "OVR", "OVRA", "VELOLIM"})
-REFUSED: Final = {
-    "ASPLINE": "splines",
-    "BSPLINE": "splines",
-    "CSPLINE": "splines",
-    "POLY": "polynomials",
-    "TRANSMIT": "TRANSMIT",
-    "TRACYL": "TRACYL",
-    "INVCW": "involutes",
-    "INVCCW": "involutes",
-    "ROTS": "ROTS",
-    "AROTS": "AROTS",
-    "CRPL": "CRPL",
-    "TOFRAME": "TOFRAME",
-    "TOROT": "TOROT",
-    "TOROTX": "TOROTX",
-    "TOROTY": "TOROTY",
-    "PAROT": "PAROT",
-    "CUT3DF": "compensation in space",
-    "CUT3DFS": "compensation in space",
-    "MEAS": "probing",
-    "MEAW": "probing",
-    "OEMIPO1": "OEM interpolation",
-    "TRAANG": "TRAANG",
-    "GEOAX": "GEOAX",
-    "WRITE": "files",
-    "CONTPRON": "contour tables",
-    "DIAMON": "diameters (a lathe)",
-    "DIAM90": "diameters (a lathe)",
-    "TANG": "TANG",
-    "TANGON": "TANG",
-    "COUPON": "coupled axes",
-    "TRAILON": "coupled axes",
-    "LEADON": "coupled axes",
-    "CTABDEF": "curve tables",
-    "OFFN": "OFFN",
-    "TRACON": "TRACON",
-    "CUT3DFF": "compensation in space",
-    "CUT3DCC": "compensation in space",
-    "CUT3DCCD": "compensation in space",
-    "POLYPATH": "polynomials",
-    "SPLINEPATH": "splines",
-    "REPOSL": "REPOS",
-    "REPOSA": "REPOS",
-    "PRESETON": "PRESETON",
-    "PRESETONS": "PRESETON",
-    "WHEN": "synchronized actions",
-    "WHENEVER": "synchronized actions",
-    "EVERY": "synchronized actions",
-    "MEAC": "probing",
-    "MEAWA": "probing",
-    "MEASA": "probing",
-    "TCARR": "TCARR",
-    "TCOABS": "TCOABS",
-    "TCOFR": "TCOFR",
-    "PAROTS": "PAROT",
-    "ORICURVE": "ORICURVE",
-    "ORIPLANE": "ORIPLANE",
+_KINDS: Final = {
+    "splines": "ASPLINE BSPLINE CSPLINE SPLINEPATH",
+    "polynomials": "POLY POLYPATH",
+    "involutes": "INVCW INVCCW",
+    "PAROT": "PAROTS",
+    "compensation in space": "CUT3DF CUT3DFS CUT3DFF CUT3DCC CUT3DCCD",
+    "probing": "MEAS MEAW MEAC MEAWA MEASA",
+    "OEM interpolation": "OEMIPO1",
+    "files": "WRITE",
+    "contour tables": "CONTPRON",
+    "diameters (a lathe)": "DIAMON DIAM90",
+    "TANG": "TANGON",
+    "coupled axes": "COUPON TRAILON LEADON",
+    "curve tables": "CTABDEF",
+    "REPOS": "REPOSL REPOSA",
+    "PRESETON": "PRESETONS",
+    "synchronized actions": "WHEN WHENEVER EVERY",
 }
+_ALONE = """
+    TRANSMIT TRACYL ROTS AROTS CRPL TOFRAME TOROT TOROTX TOROTY PAROT TRAANG GEOAX TANG OFFN TRACON PRESETON
+    TCARR TCOABS TCOFR ORICURVE ORIPLANE
+"""
+REFUSED: Final = {word: kind for kind, words in _KINDS.items() for word in words.split()} | {
+    word: word for word in _ALONE.split()
+}
+"""What is refused by name, and what it is."""
 GNOTED: Final = frozenset({9.0, 25.0, 26.0, 60.0, 62.0, 64.0, 290.0, 450.0, 460.0, 461.0, 462.0, 601.0, 602.0, 603.0,
                            621.0, 641.0, 642.0, 643.0, 644.0, 645.0, 810.0,})  # fmt: skip
 KNOWN: Final = frozenset(map(float, (

@@ -13,21 +13,7 @@ from vmachining.nc.execution import MILLS
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.placing import PenError, misread, refused
 from vmachining.nc.settings import Settings
-from vmachining.nc.sinumerik import cycles
-from vmachining.nc.sinumerik.known import (
-    AXES,
-    EDGE_FEEDS,
-    FEED_SET,
-    GNOTED,
-    KNOWN,
-    NOT_A_VARIABLE,
-    NOTED,
-    NOTED_CALLS,
-    NOTED_SET,
-    REFUSED,
-    ROTARY,
-    USED,
-)
+from vmachining.nc.sinumerik import cycles, known
 from vmachining.nc.sinumerik.milling import BUILT, milled
 from vmachining.nc.sinumerik.text import Word, arguments, words
 from vmachining.nc.sinumerik.turning import PASSES, Turning
@@ -141,9 +127,8 @@ class Modes(Turning):
                 plane = PLANES[int(code * 10)]
                 if plane is not pen.plane:
                     if pen.compensation is not None:
-                        raise PenError(
-                            "E356", "the plane cannot change while cutter compensation is on", f"G{code:g}"
-                        )
+                        what = "the plane cannot change while cutter compensation is on"
+                        raise PenError("E356", what, f"G{code:g}")
                     pen.flush()
                     pen.plane = plane
             elif code in (70.0, 71.0, 700.0, 710.0):
@@ -164,12 +149,12 @@ class Modes(Turning):
                 self._work_offset(code)
             elif code == 500.0:
                 self.work = 500.0
-            elif code in GNOTED:
+            elif code in known.GNOTED:
                 pen.accept(f"G{code:g}", f"G{code:g}", f"G{code:g}")
             elif code == 291.0:
                 raise self.lost(PenError("E208", "G291: from here on the program is in the language of Fanuc's controls", "G291",
                                          'give that part as a separate program: dialect = "fanuc"'))  # fmt: skip
-            elif code not in KNOWN:
+            elif code not in known.KNOWN:
                 hint = "settable offsets are G54 to G57 and G505 to G599" if 501.0 <= code <= 504.0 else ""
                 raise refused(f"G{code:g}", f"G{code:g}", hint)
 
@@ -177,24 +162,24 @@ class Modes(Turning):
         """F S T D M, variables, keywords; returns what acts after the motion."""
         pen = self.pen
         after: list[Callable[[], None]] = []
+        codes = {self.number(w.value) for w in found if w.name == "G" and w.kind == "word"}
+        dwells, placed = 4.0 in codes, any(w.name in (*known.AXES, *known.ROTARY, "G") for w in found)
         for place, word in enumerate(found):
             name, value = word.name, word.value
             if word.kind == "key":
                 self._keyword(word)
             elif word.kind == "call":
                 self._calls(word, after)
-            elif word.kind == "set" and self.assign(name, value):
+            elif (word.kind == "set" and self.assign(name, value)) or (
+                (name in ("F", "S") or re.fullmatch(r"S\d", name)) and dwells
+            ):
                 continue
             elif name == "F" and word.kind in ("word", "set"):
-                if any(w.kind == "word" and w.name == "G" and self.number(w.value) == 4.0 for w in found):
-                    continue
                 feed = self.number(value, word.text)
                 if feed < 0.0:
                     raise PenError("E301", f"the feed {feed:g} is negative", word.text)
                 pen.feed = (feed if pen.feed_mode == "inverse" else feed * pen.scale) or None
             elif name == "S" or (word.kind == "set" and re.fullmatch(r"S\d", name)):
-                if any(w.kind == "word" and w.name == "G" and self.number(w.value) == 4.0 for w in found):
-                    continue
                 speed = self.number(value, word.text)
                 if speed < 0.0:
                     raise PenError("E312", f"the spindle speed {speed:g} is negative", word.text)
@@ -221,9 +206,8 @@ class Modes(Turning):
                     pen.change_tool(self.selected)
             elif name == "D" and word.kind in ("word", "set"):
                 if self.number(value, word.text) not in (0.0, 1.0):
-                    pen.note(
-                        "I408", "D: length and radius of the tool are those of the job", word.text, once="D"
-                    )
+                    what = "D: length and radius of the tool are those of the job"
+                    pen.note("I408", what, word.text, once="D")
             elif name == "M" or (word.kind == "set" and re.fullmatch(r"M\d", name)):
                 self._m(int(self.number(value, word.text)), word, after)
             elif name == "L" and word.kind == "word":
@@ -233,36 +217,30 @@ class Modes(Turning):
             elif (
                 word.kind == "set"
                 and _OF_MACHINE.fullmatch(name)
-                and name not in NOT_A_VARIABLE
+                and name not in known.NOT_A_VARIABLE
                 and not self._is_known(word)
-                and not any(
-                    w.name in AXES or w.name in ROTARY or w.name == "G" for w in found
-                )  # then it is an address
+                and not placed  # then it is an address
             ):
                 what = f"{name} is not defined here: taken as a variable of the machine, which moves nothing"
                 pen.note("I408", what, word.text, once=name)
                 self.variables[name] = 0.0
                 self.assign(name, value)
-            elif not self._is_known(word) or (
-                name in ("X1", "Y1", "Z1")
-                and not {74.0, 75.0} & {self.number(w.value) for w in found if w.name == "G"}
-            ):
+            elif not self._is_known(word) or (name in ("X1", "Y1", "Z1") and not codes & {74.0, 75.0}):
                 raise PenError("E207", f"{word.text[:30]} is not used here", word.text)
         return after
 
     def _is_known(self, word: Word) -> bool:
         name = word.name
-        if name in USED or (word.kind == "word" and name in "GMPHE"):
+        if name in known.USED or (word.kind == "word" and name in "GMPHE"):
             if name in "HE":
                 self.pen.accept(f"{name}", word.text, name)
             return True
         base = name.split("[", 1)[0]
-        if base in FEED_SET:
-            self.pen.note(
-                "W376", f"{base}= changes or limits feeds: the feeds here ignore it", word.text, once=base
-            )
+        if base in known.FEED_SET:
+            what = f"{base}= changes or limits feeds: the feeds here ignore it"
+            self.pen.note("W376", what, word.text, once=base)
             return True
-        if base in NOTED_SET:
+        if base in known.NOTED_SET:
             self.pen.accept(f"{base}=", word.text, base)
             return True
         return False
@@ -310,29 +288,19 @@ class Modes(Turning):
             self._tcp(False)
         elif name == "TRANSMIT" and self.lathe:
             self.transmit(True)
-        elif name in (
-            "ORIWKS",
-            "ORIAXES",
-            "ORIVECT",
-            "ORIROTA",
-            "ORIEULER",
-            "ORIRPY",
-            "ORIRPY2",
-            "ORIVIRT1",
-            "ORIMKS",
-        ):
+        elif name in known.ORIENTED:
             self.great_circle = name == "ORIVECT" or (self.great_circle and name != "ORIAXES")
             self.by_axes = name in ("ORIAXES", "ORIMKS") or (self.by_axes and name != "ORIVECT")
             pen.note("I408", f"{name}: accepted", name, once=name)
         elif name == "CYCLE800":
             self._cycle800([])
-        elif name in EDGE_FEEDS:
+        elif name in known.EDGE_FEEDS:
             pen.flush()
-            pen.edge_feed = EDGE_FEEDS[name]
-        elif name in NOTED or name in NOTED_CALLS:
+            pen.edge_feed = known.EDGE_FEEDS[name]
+        elif name in known.NOTED or name in known.NOTED_CALLS:
             pen.accept(f"{name}", name, name)
-        elif name in REFUSED:
-            raise refused(f"{REFUSED[name]}: {name}", name)
+        elif name in known.REFUSED:
+            raise refused(f"{known.REFUSED[name]}: {name}", name)
         elif name in cycles.PATTERNS or re.fullmatch(r"CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE", name):
             raise PenError("E208", f"{name} without its values", name)
         else:
@@ -363,11 +331,11 @@ class Modes(Turning):
             after.append(lambda: self._pattern(name, given))
         elif number is not None and int(number[1]) in cycles.CYCLES:
             after.append(lambda: self._cycle(name, word.value))
-        elif name in NOTED_CALLS or re.fullmatch(r"M\d+", name):
+        elif name in known.NOTED_CALLS or re.fullmatch(r"M\d+", name):
             if name == "WORKPIECE":
                 self._workpiece(given)
             pen.accept(f"{name}", name, name)
-        elif name in REFUSED or number is not None or _MILLS.fullmatch(name):
+        elif name in known.REFUSED or number is not None or _MILLS.fullmatch(name):
             raise _refused(name)
         else:
             pen.flush()
@@ -384,9 +352,8 @@ class Modes(Turning):
         sizes = [x * self.pen.scale for x in v[8:12] if x is not None]
         z = [level * self.pen.scale for level in z]
         if given[3] == '"CYLINDER"':
-            self.stock = (
-                {"cylinder": {"center": [0.0, 0.0], "radius": abs(sizes[0]) / 2.0, "z": z}} if sizes else None
-            )
+            round_ = {"center": [0.0, 0.0], "radius": abs(sizes[0]) / 2.0, "z": z} if sizes else None
+            self.stock = None if round_ is None else {"cylinder": round_}
         elif len(sizes) == 4:
             x0, y0, x1, y1 = sizes
             x = sorted((x0, x1 if bits & 16 else x0 + x1))
