@@ -26,11 +26,12 @@ from typing import Final
 
 from vmachining.nc.apt_cycles import cycle_of
 from vmachining.nc.apt_motions import FEED_UNITS, AptMotions, Circle, along
-from vmachining.nc.apt_records import COMMENTS, Record, RecordError, parse_record, records
+from vmachining.nc.apt_records import COMMENTS, Record, parse_record, records
 from vmachining.nc.frames import UP, cross, dot
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Declared, Motion, Point, Reading
 from vmachining.nc.poses import unit_axis
+from vmachining.nc.refusal import RecordError
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, subtract
 

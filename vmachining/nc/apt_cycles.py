@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from vmachining.nc.apt_records import Record, RecordError
+from vmachining.nc.apt_records import Record
+from vmachining.nc.refusal import RecordError
 
 UNITS: Final = {"MMPM", "IPM", "MMPR", "IPR", "PERMIN", "PERREV"}
 _PLAIN: Final = frozenset(

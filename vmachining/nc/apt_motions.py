@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from vmachining.nc.apt_cycles import HoleCycle
-from vmachining.nc.apt_records import Record, RecordError
-from vmachining.nc.arcs import PLANES, ArcError, check_center, is_rounded
+from vmachining.nc.apt_records import Record
+from vmachining.nc.arcs import PLANES, check_center, is_rounded
 from vmachining.nc.checks import finding
 from vmachining.nc.frames import UP, cross, dot
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.poses import AXIS_TOLERANCE, unit_axis
+from vmachining.nc.refusal import ArcError, RecordError
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, subtract
 

@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
+from vmachining.nc.refusal import RecordError
+
 MAX_RECORD: Final = 4096
 
 COMMENTS: Final = frozenset(
@@ -17,14 +19,6 @@ COMMENTS: Final = frozenset(
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d{1,3})?")
 _WORD: Final = re.compile(r"[A-Z][A-Z0-9_.-]*(?: [A-Z0-9][A-Z0-9_.-]*)*")
 _NAME: Final = re.compile(r"(?:[A-Z_]|[0-9]+[A-Z]{2})[A-Z0-9_.+-]*")
-
-
-class RecordError(Exception):
-    """A record that cannot be executed; `code` is that of the catalogue."""
-
-    def __init__(self, code: str, message: str, hint: str = "") -> None:
-        super().__init__(message)
-        self.code, self.hint = code, hint
 
 
 class Record(NamedTuple):

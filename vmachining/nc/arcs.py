@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple, TypeAlias
 
+from vmachining.nc.refusal import ArcError
 from vmachining.tolerance import ARC_RADIUS_MM, LENGTH_EPS_MM
 
 Pair: TypeAlias = tuple[float, float]
@@ -41,14 +42,6 @@ RADIUS_RELATIVE: Final = 0.001
 
 SNAP_MM: Final = 0.002
 """A radius word may be shorter than half the chord by this much: two roundings to 0.001 mm."""
-
-
-class ArcError(Exception):
-    """The arc does not exist; `code` is the catalogue code."""
-
-    def __init__(self, code: str, message: str) -> None:
-        super().__init__(message)
-        self.code = code
 
 
 def center_from_radius(start: Pair, end: Pair, radius: float, ccw: bool) -> Pair:

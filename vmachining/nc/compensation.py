@@ -30,7 +30,6 @@ from vmachining.nc.arcs import Plane
 from vmachining.nc.gouge import cuts_into
 from vmachining.nc.model import Motion, Move, Point
 from vmachining.nc.offset_curves import (
-    CompensationError,
     Curve,
     Pair,
     meet,
@@ -39,6 +38,7 @@ from vmachining.nc.offset_curves import (
     trim_end,
     trim_start,
 )
+from vmachining.nc.refusal import CompensationError
 from vmachining.nc.vectors import add, put, subtract
 
 _make = tuple.__new__  # of named tuples: their own constructors take twice as long

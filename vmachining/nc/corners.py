@@ -12,12 +12,9 @@ from typing import NamedTuple
 
 from vmachining.nc.arcs import Plane
 from vmachining.nc.model import Motion, Move
-from vmachining.nc.offset_curves import CompensationError, Pair, meet, offset_arc, offset_line
+from vmachining.nc.offset_curves import Pair, meet, offset_arc, offset_line
+from vmachining.nc.refusal import CompensationError, CornerError
 from vmachining.nc.vectors import add, put, subtract
-
-
-class CornerError(Exception):
-    """The corner cannot be made."""
 
 
 class Segment(NamedTuple):

@@ -16,7 +16,7 @@ from vmachining.nc.decode import decode_program
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Declared, Reading
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError
+from vmachining.nc.refusal import PenError
 from vmachining.nc.settings import Settings
 
 MAX_FINDINGS: Final = 1000

@@ -9,13 +9,14 @@ import math
 from typing import Final
 
 from vmachining.nc import cycles, mts, offsets
-from vmachining.nc.arcs import PLANES, ArcError, arc_length, center_from_radius, check_center, is_rounded
+from vmachining.nc.arcs import PLANES, arc_length, center_from_radius, check_center, is_rounded
 from vmachining.nc.block import Block, Problem
 from vmachining.nc.carried import turned_arc
 from vmachining.nc.codes import CYCLES, spell
 from vmachining.nc.compensation import Compensation
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Move, Point
+from vmachining.nc.refusal import ArcError
 from vmachining.nc.run import Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, State

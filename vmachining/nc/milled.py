@@ -19,7 +19,7 @@ from typing import Final, NamedTuple, Protocol
 
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError
+from vmachining.nc.refusal import PenError
 from vmachining.nc.vectors import put
 
 MOST: Final = 20_000

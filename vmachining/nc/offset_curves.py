@@ -10,18 +10,12 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple, TypeAlias
 
+from vmachining.nc.refusal import CompensationError
+
 Pair: TypeAlias = tuple[float, float]
 
 FORWARD_MM: Final = 1e-9
 """What is left of a trimmed piece must be longer than this, in the programmed direction."""
-
-
-class CompensationError(Exception):
-    """The tool cannot go there; `code` is the catalogue code."""
-
-    def __init__(self, code: str, message: str) -> None:
-        super().__init__(message)
-        self.code = code
 
 
 class Curve(NamedTuple):

@@ -19,13 +19,14 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from vmachining.nc.arcs import ArcError, arc_length, check_center, is_rounded
+from vmachining.nc.arcs import arc_length, check_center, is_rounded
 from vmachining.nc.compensation import JOINED_MM, Compensation
-from vmachining.nc.corners import CornerError, joined, segment, tangents
+from vmachining.nc.corners import joined, segment, tangents
 from vmachining.nc.frames import UP, Frame
 from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
-from vmachining.nc.offset_curves import CompensationError, Pair
-from vmachining.nc.placing import Corner, PenError, Placing, swung
+from vmachining.nc.offset_curves import Pair
+from vmachining.nc.placing import Corner, Placing, swung
+from vmachining.nc.refusal import ArcError, PenError
 from vmachining.nc.vectors import put
 
 ASSUMED_TEETH = 2
@@ -245,7 +246,8 @@ class Pen(Placing):
         try:
             off = check_center(start, finish, center, self.scale != 1.0) if checked else 0.0
         except ArcError as exc:
-            raise PenError(exc.code, str(exc), word) from None
+            exc.word = word
+            raise
         if is_rounded(off):
             self.note("W304", f"the radii at start and end differ by {off:.3g} mm", word)
         length = arc_length(start, finish, center, ccw, turns, end[normal] - self.at[normal])
@@ -355,10 +357,7 @@ class Pen(Placing):
     def _cornered(self, move: Move) -> Move:
         corner, held, self.corner = self.corner, self.held, None
         assert corner is not None and held is not None
-        try:
-            made = joined(held, move, self.plane, corner.kind, corner.size, corner.feed)
-        except CornerError as exc:
-            raise PenError("E355", str(exc)) from None
+        made = joined(held, move, self.plane, corner.kind, corner.size, corner.feed)
         if made is None:
             return move
         first, self.held, rest = made
@@ -399,10 +398,7 @@ class Pen(Placing):
         if move.axis_end is not None:
             raise PenError("E361", "cutter compensation while the program gives tool axes")
         ours = self._by_edge(move)
-        try:
-            step = self.compensation.accept(ours)
-        except CompensationError as exc:
-            raise PenError(exc.code, str(exc)) from None
+        step = self.compensation.accept(ours)
         self.compensation = step.after
         for done in step.moves:
             if (

@@ -12,6 +12,7 @@ from vmachining.nc.compensation import Compensation
 from vmachining.nc.frames import IDENTITY, UP, cross, dot, unit
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.offset_curves import Pair
+from vmachining.nc.refusal import PenError
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, put, subtract
 
@@ -25,24 +26,6 @@ PIECE_RAD: Final = math.pi / 2.0
 STILL: Final = 1e-9
 MAX_MOVES: Final = 5_000_000
 """Motions of a program: more is a loop without end."""
-
-
-class PenError(Exception):
-    """The block cannot be executed; `code` is the catalogue code."""
-
-    def __init__(self, code: str, message: str, word: str = "", hint: str = "") -> None:
-        super().__init__(message)
-        self.code, self.word, self.hint = code, word, hint
-
-
-def refused(what: str, word: str = "", hint: str = "") -> PenError:
-    """What is not read."""
-    return PenError("E208", f"{what} is not supported", word, hint)
-
-
-def misread(text: str) -> PenError:
-    """A part of a block that follows no form that is known."""
-    return PenError("E109", f"'{text}' is not understood", text)
 
 
 class Corner(NamedTuple):

@@ -13,9 +13,9 @@ import re
 from operator import attrgetter
 from typing import Any, Final
 
-from vmachining.nc.arcs import ArcError, check_center, is_rounded
+from vmachining.nc.arcs import check_center, is_rounded
 from vmachining.nc.model import Motion, Move
-from vmachining.nc.offset_curves import CompensationError
+from vmachining.nc.refusal import ArcError, CompensationError
 from vmachining.nc.run import SLOWEST_MM_MIN
 from vmachining.nc.state import ORIGIN, State
 from vmachining.nc.vectors import add

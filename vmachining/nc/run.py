@@ -8,10 +8,10 @@ from typing import Final
 
 from vmachining.nc.block import Block, Problem
 from vmachining.nc.compensation import JOINED_MM
-from vmachining.nc.corners import CornerError, joined
+from vmachining.nc.corners import joined
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
-from vmachining.nc.offset_curves import CompensationError
+from vmachining.nc.refusal import CompensationError, CornerError
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, State
 from vmachining.nc.vectors import add, put, subtract

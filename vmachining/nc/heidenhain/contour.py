@@ -9,14 +9,13 @@ it ends. Source: HEIDENHAIN TNC 640, user's manual conversational programming (p
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from vmachining.nc.arcs import PLANES, ArcError, Plane, center_from_radius
+from vmachining.nc.arcs import PLANES, Plane, center_from_radius
 from vmachining.nc.heidenhain.text import Word
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.placing import PenError, refused
+from vmachining.nc.refusal import ArcError, PenError, refused
 from vmachining.nc.vectors import put
 
 if TYPE_CHECKING:
@@ -191,7 +190,8 @@ class Contour:
         try:
             center = center_from_radius((pen.at[a], pen.at[b]), (end[a], end[b]), radius * pen.scale, ccw)
         except ArcError as exc:
-            raise PenError(exc.code, str(exc), "CR") from None
+            exc.word = "CR"
+            raise
         pen.arc(end, center, ccw=ccw, word="CR", checked=False)
 
     def circle_polar(self, words: list[Word]) -> None:
@@ -271,7 +271,10 @@ class Contour:
                         pen.go(place(mid), rapid=False)
                     pen.go(place(goal), rapid=False)
                 else:
-                    self._approach_arc(kind, came, goal, t, out, (radius, angle, rho), place)
+                    start, center, ccw = self._beside(kind, goal, t, out, (radius, angle, rho), came, -1)
+                    pen.go(place(start), rapid=False)
+                    if math.dist(start, goal) > 1e-9:
+                        pen.arc(put(pen.at, place(goal)), center, ccw=ccw, word="APPR", checked=False)
             finally:
                 pen.line, pen.text, pen.n, pen.feed, pen.feed_mode = kept
 
@@ -279,34 +282,41 @@ class Contour:
         pen.at = end
         pen.approach = draw
 
-    def _approach_arc(
-        self, kind: str, came: Pair, goal: Pair, t: Pair, out: Pair, sizes: tuple[float, float, float],
-        place: Callable[[Pair], dict[int, float]],
-    ) -> None:  # fmt: skip
+    def _beside(
+        self,
+        kind: str,
+        here: Pair,
+        t: Pair,
+        out: Pair,
+        sizes: tuple[float, float, float],
+        other: Pair,
+        way: int,
+    ) -> tuple[Pair, Pair, bool]:
+        """The arc that touches the contour `here`: its other end, centre and sense.
+
+        CT: over an angle; LCT: where a line to `other` touches it. way : +1 after the contour, -1 before it.
+        """
         radius, angle, rho = sizes
-        pen = self.pen
-        sign = 1.0 if radius >= 0.0 else -1.0
-        center = goal[0] + radius * out[0], goal[1] + radius * out[1]
-        ccw = (t[0] * out[1] - t[1] * out[0]) * sign > 0.0
-        arm = goal[0] - center[0], goal[1] - center[1]
+        center = here[0] + radius * out[0], here[1] + radius * out[1]
+        ccw = (t[0] * out[1] - t[1] * out[0]) * radius > 0.0
         if kind == "CT":
-            back = math.radians(angle) * (-1.0 if ccw else 1.0)
-            c, s = math.cos(back), math.sin(back)
-            start = center[0] + c * arm[0] - s * arm[1], center[1] + s * arm[0] + c * arm[1]
-        else:
-            inner = abs(radius) - sign * rho
-            if inner <= 1e-9:
-                raise PenError(
-                    "E354", f"the approach radius {radius:g} mm is not greater than that of the tool"
-                )
-            touch = _touch(came, center, inner, ccw)
-            if touch is None:
-                raise PenError("E305", "the tool is inside the approach arc")
-            share = abs(radius) / inner
-            start = center[0] + share * (touch[0] - center[0]), center[1] + share * (touch[1] - center[1])
-        pen.go(place(start), rapid=False)
-        if math.dist(start, goal) > 1e-9:
-            pen.arc(put(pen.at, place(goal)), center, ccw=ccw, word="APPR", checked=False)
+            arm = here[0] - center[0], here[1] - center[1]
+            turn = math.radians(angle) * (way if ccw else -way)
+            c, s = math.cos(turn), math.sin(turn)
+            away = center[0] + c * arm[0] - s * arm[1], center[1] + s * arm[0] + c * arm[1]
+            return away, center, ccw
+        inner = abs(radius) - math.copysign(rho, radius)
+        if inner <= 1e-9 and way < 0:
+            raise PenError("E354", f"the approach radius {radius:g} mm is not greater than that of the tool")
+        touch = _touch(other, center, inner, ccw == (way < 0)) if inner > 1e-9 else None
+        if touch is None and way < 0:
+            raise PenError("E305", "the tool is inside the approach arc")
+        if touch is None:
+            what = "DEP LCT: the end lies inside the arc, or the tool does not fit into it"
+            raise PenError("E305", what, "DEP")
+        share = abs(radius) / inner
+        away = center[0] + share * (touch[0] - center[0]), center[1] + share * (touch[1] - center[1])
+        return away, center, ccw
 
     def depart(self, kind: str, words: list[Word]) -> None:
         """DEP kind: leaves the last contour element; compensation ends behind it."""
@@ -317,7 +327,7 @@ class Contour:
         polar = kind.startswith("P") and kind != "PLT"
         kind = kind.removeprefix("P")
         length, radius, angle = self._sizes(words)
-        a, b, normal = pen.plane.first, pen.plane.second, pen.plane.normal
+        a, b = pen.plane.first, pen.plane.second
         side = pen.compensation.side if pen.compensation else 0
         rho = pen.compensation.radius if pen.compensation else 0.0
         free = side or 1
@@ -335,35 +345,15 @@ class Contour:
             reach = length + rho
             pen.go(place((here[0] + reach * out[0], here[1] + reach * out[1])), rapid=False)
         else:
-            center = here[0] + radius * out[0], here[1] + radius * out[1]
-            ccw = (t[0] * out[1] - t[1] * out[0]) * radius > 0.0
-            arm = here[0] - center[0], here[1] - center[1]
-            if kind == "CT":
-                turn = math.radians(angle) * (1.0 if ccw else -1.0)
-                c, s = math.cos(turn), math.sin(turn)
-                away = center[0] + c * arm[0] - s * arm[1], center[1] + s * arm[0] + c * arm[1]
-                self._depart_arc(away, center, ccw)
-            else:
-                end = self.polar(words) if polar else put(self.pen.at, self.target(words)[0])
-                inner = abs(radius) - math.copysign(rho, radius)
-                touch = _touch((end[a], end[b]), center, inner, not ccw) if inner > 1e-9 else None
-                if touch is None:
-                    raise PenError(
-                        "E305",
-                        "DEP LCT: the end lies inside the arc, or the tool does not fit into it",
-                        "DEP",
-                    )
-                share = abs(radius) / inner
-                away = center[0] + share * (touch[0] - center[0]), center[1] + share * (touch[1] - center[1])
-                self._depart_arc(away, center, ccw)
-                pen.go({a: end[a], b: end[b], normal: end[normal]}, rapid=False)
+            end = pen.at
+            if kind != "CT":
+                end = self.polar(words) if polar else put(pen.at, self.target(words)[0])
+            away, center, ccw = self._beside(kind, here, t, out, (radius, angle, rho), (end[a], end[b]), 1)
+            pen.arc(put(pen.at, place(away)), center, ccw=ccw, word="DEP", checked=False)
+            pen.compensate(0)
+            if kind != "CT":
+                pen.go(dict(enumerate(end)), rapid=False)
         self._where_it_stands()
-
-    def _depart_arc(self, away: Pair, center: Pair, ccw: bool) -> None:
-        pen = self.pen
-        end = put(pen.at, {pen.plane.first: away[0], pen.plane.second: away[1]})
-        pen.arc(end, center, ccw=ccw, word="DEP", checked=False)
-        pen.compensate(0)
 
     def _where_it_stands(self) -> None:
         """Compensation has left the tip beside the programmed point: from here on that is its place."""

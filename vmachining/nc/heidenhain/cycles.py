@@ -28,7 +28,7 @@ from typing import Final
 
 from vmachining.nc.heidenhain.patterns import MOST, need
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError
+from vmachining.nc.refusal import PenError
 
 HOLES: Final = frozenset({200, 201, 202, 203, 204, 205, 206, 207, 208, 209, 240, 241, 262})
 OLD: Final = frozenset({1, 2, 17})

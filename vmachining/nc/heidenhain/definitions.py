@@ -12,7 +12,7 @@ from vmachining.nc.heidenhain.contour import AXES
 from vmachining.nc.heidenhain.coordinates import Coordinates
 from vmachining.nc.heidenhain.text import TERM, spans, words
 from vmachining.nc.model import ASSUMED_RPM
-from vmachining.nc.placing import PenError, misread, refused
+from vmachining.nc.refusal import PenError, misread, refused
 
 _SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\s*\.\s*(\d{1,2})\s*(.*)")
 _CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\b\s*(.*)")

@@ -11,7 +11,7 @@ from vmachining.nc.heidenhain.contour import AXES
 from vmachining.nc.heidenhain.parameters import Parameters
 from vmachining.nc.heidenhain.planes import Planes
 from vmachining.nc.heidenhain.text import Word, blocks
-from vmachining.nc.placing import PenError, misread, refused
+from vmachining.nc.refusal import PenError, misread, refused
 from vmachining.nc.settings import Settings
 
 _LABEL: Final = re.compile(r'LBL\s*(?:(\d+)|"([^"]*)"|([A-Z_]\w*))$')

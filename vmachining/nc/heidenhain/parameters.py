@@ -8,7 +8,7 @@ from typing import Final
 
 from vmachining.nc.formula import FormulaError, evaluate
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError
+from vmachining.nc.refusal import PenError
 
 _ASSIGN: Final = re.compile(r"(Q[LR]?\d+)\s*=\s*(.+)")
 _FN: Final = re.compile(r"FN\s*(\d+)\s*:?\s*(.*)")

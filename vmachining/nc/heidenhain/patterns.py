@@ -18,7 +18,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
-from vmachining.nc.placing import PenError
+from vmachining.nc.refusal import PenError
 
 MOST: Final = 20_000
 """Holes of a pattern, or steps in a hole: more is a slip of the pen."""

@@ -15,7 +15,7 @@ from math import cos, radians, sin
 
 from vmachining.nc.frames import EYE, IDENTITY, Frame, Rows, axis_turn, cross, dot, matmul, unit
 from vmachining.nc.model import Point
-from vmachining.nc.placing import PenError
+from vmachining.nc.refusal import PenError
 from vmachining.nc.vectors import put
 
 SAME = 1e-9

@@ -6,10 +6,10 @@ import math
 import re
 from typing import Final
 
-from vmachining.nc.arcs import ArcError, center_from_radius
+from vmachining.nc.arcs import center_from_radius
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.placing import PenError, refused
+from vmachining.nc.refusal import ArcError, PenError, refused
 from vmachining.nc.sinumerik.modes import Modes
 from vmachining.nc.sinumerik.text import Word
 from vmachining.nc.vectors import put
@@ -248,7 +248,8 @@ class Control(Modes):
             try:
                 center = center_from_radius(start, finish, radius * pen.scale, ccw)
             except ArcError as exc:
-                raise PenError(exc.code, str(exc), "CR") from None
+                exc.word = "CR"
+                raise
         elif opening is not None:
             if not 0.0 < opening < 360.0:
                 raise PenError("E309", f"AR={opening:g}: between 0 and 360 degrees is expected", "AR")

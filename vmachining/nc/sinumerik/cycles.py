@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError, refused
+from vmachining.nc.refusal import PenError, refused
 
 CYCLES: Final = frozenset({81, 82, 83, 84, 85, 86, 87, 88, 89, 840})
 PATTERNS: Final = ("HOLES1", "HOLES2", "CYCLE801", "CYCLE802")

@@ -27,7 +27,7 @@ from typing import Final
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.milled import ArcSlot, Cut, Face, Rounded, face, mill, stud_blank
 from vmachining.nc.pen import Pen
-from vmachining.nc.placing import PenError, refused
+from vmachining.nc.refusal import PenError, refused
 from vmachining.nc.sinumerik.cycles import one_depth
 
 _COMMON: Final = "RTP RFP SDIS DP"

@@ -11,7 +11,7 @@ from typing import Any, Final
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.execution import MILLS
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.placing import PenError, misread, refused
+from vmachining.nc.refusal import PenError, misread, refused
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik import cycles, known
 from vmachining.nc.sinumerik.milling import BUILT, milled

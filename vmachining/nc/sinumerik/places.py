@@ -13,7 +13,7 @@ from typing import Final
 
 from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, matmul
 from vmachining.nc.model import Point
-from vmachining.nc.placing import PenError, misread, refused
+from vmachining.nc.refusal import PenError, misread, refused
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.control import Flow
 from vmachining.nc.sinumerik.known import AXES, ROTARY

@@ -25,7 +25,7 @@ from typing import Final, Literal
 from vmachining.nc.checks import finding
 from vmachining.nc.fanuc_turning import as_lathe
 from vmachining.nc.model import Finding
-from vmachining.nc.placing import PenError
+from vmachining.nc.refusal import PenError
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.places import Places
 
