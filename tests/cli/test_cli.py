@@ -93,7 +93,7 @@ def test_the_first_warnings_are_shown_with_their_lines(tmp_path, capsys):
     count = int(re.search(r"warnings  (\d+)", err)[1])
     shown = re.findall(r"^ {12}line (\d+): W501", err, re.M)
     assert count > 5 == len(shown) and shown == sorted(shown, key=int)
-    assert f"and {count - 5} more in blocks.csv and report.html" in err
+    assert f"and {count - 5} more in blocks.parquet and report.html" in err
 
 
 BAD = {

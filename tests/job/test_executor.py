@@ -123,3 +123,23 @@ def test_processes_started_ahead_cut_and_leave(alone):
         assert {process.pid for process, _ in hands._workers} == {process.pid for process in ahead[1:]}
         assert hands.cut(*PATHS[0], 0)().bracket == pytest.approx(alone[0][0], abs=1e-9)
     assert all(process.returncode is not None for process in ahead)
+
+
+@pytest.mark.parametrize(("workers", "more"), [(1, 0), (1, 1), (2, 0)])
+def test_what_is_cut_after_a_checkpoint_is_in_the_finished_workpiece(workers, more, tmp_path):
+    """A workpiece that was just saved is handed out as it is, and only then."""
+    with closing(
+        executor(ColumnsFirst(BoxStock((0, 0, -10), (30, 20, 0)), Options()), workers, shares=2)
+    ) as hands:
+        for k, (tool, path) in enumerate(PATHS[:2]):
+            hands.cut(tool, path, k)
+        hands.save(tmp_path / "at.npz")
+        for k, (tool, path) in enumerate(PATHS[2 : 2 + more], 2):
+            hands.cut(tool, path, k)
+        found = hands.finish()
+    saved = ColumnsFirst.load(tmp_path / "at.npz")
+    if more:
+        assert found.volume.hi < saved.volume.lo
+    else:
+        assert found.volume == saved.volume
+        assert np.array_equal(found.surface().vertices, saved.surface().vertices)

@@ -58,7 +58,7 @@ def test_volumes_alone_then_everything_else(
 
 
 def test_contact_of_a_sample(job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["vmachining.job.run"], "CONTACT_SAMPLE", 2)
+    monkeypatch.setattr(sys.modules["vmachining.job.stations"], "SAMPLE", 2)
     whole, out = tmp_path / "whole", tmp_path / "out"
     assert command(["run", str(job), "--out", str(whole), "--quiet"]) == 0
     assert command(["run", str(job), "--out", str(out), "--contact", "sample", "--quiet"]) == 0
@@ -132,3 +132,22 @@ def test_time_within_a_stage_is_counted_once(monkeypatch: pytest.MonkeyPatch) ->
         pass
     assert spent.seconds == {"cut": 13.0, "read": 3.0, "files": 3.0}
     assert in_words({"cut": 2.13, "contact": 0.6, "judge": 0.001}) == "cut 2.1 s, contact 0.6 s"
+
+
+def test_the_table_of_a_long_program_is_parquet_and_csv_where_asked_for(
+    job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Above `MOST_CSV` blocks there is no blocks.csv, and it is said; `--csv` makes it later, and later runs keep it."""
+    short, out = tmp_path / "short", tmp_path / "out"
+    asked = ["run", str(job), "--stages", "cut", "--out"]
+    assert command([*asked, str(short)]) == 0 and "  table " not in capsys.readouterr().err
+    monkeypatch.setattr(sys.modules["vmachining.job.course"], "MOST_CSV", 2)
+    assert command([*asked, str(out)]) == 0
+    assert "blocks.csv is written with --csv only" in capsys.readouterr().err
+    assert not (out / "blocks.csv").exists() and "table_note" in told(out)
+    assert command([*asked, str(out), "--resume", "--csv"]) == 0
+    assert (out / "blocks.csv").read_bytes() == (short / "blocks.csv").read_bytes()
+    assert (out / "blocks.parquet").read_bytes() == (short / "blocks.parquet").read_bytes()
+    assert "table_note" not in told(out)
+    assert command(["run", str(job), "--out", str(out), "--resume", "--stages", "cut,judge"]) == 0
+    assert (out / "blocks.csv").is_file() and "table_note" not in told(out)

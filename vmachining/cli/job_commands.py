@@ -60,6 +60,9 @@ class RunOptions:
     part: Annotated[str | None, opt("K/N", "Only part K of N, for `merge`, such as 3/64.")] = None
     stock: StockOut = "stl"
     stock_at: Annotated[str | None, opt("BLOCKS", "Workpiece after blocks 7,12-14: stock_7.step, ...")] = None
+    csv: Annotated[bool, flag("--csv", "blocks.csv also above 100,000 blocks; blocks.parquet always.")] = (
+        False
+    )
 
     def given(self) -> dict[str, Any]:
         """Those that are not as by default."""
@@ -69,7 +72,8 @@ class RunOptions:
     def words(self) -> list[str]:
         """The same on a command line."""
         pairs = ((f"--{name.replace('_', '-')}", value) for name, value in self.given().items())
-        return [word for name, v in pairs for word in (name, f"{v:g}" if isinstance(v, float) else str(v))]
+        told = ((name, v) if v is not True else (name,) for name, v in pairs)
+        return [f"{word:g}" if isinstance(word, float) else str(word) for words in told for word in words]
 
 
 Force = Annotated[bool, flag("--force", "Replace the result of another job in the directory.")]

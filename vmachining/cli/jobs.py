@@ -49,7 +49,7 @@ SHOWN = 5
 
 def _manifest_options(o: RunOptions, *, every_strategy: bool) -> dict[str, Any]:
     """Options that are given and that a result is asked by, with their names and values in its manifest."""
-    asked = ("engine", "directions", "brep", "brep_seconds")
+    asked = ("engine", "directions", "brep", "brep_seconds", "csv")
     found = {name: value for name, value in o.given().items() if name in asked}
     if o.spacing is not None:
         found["spacing_mm"] = o.spacing
@@ -219,6 +219,7 @@ def run_job(
                 given: dict[str, Any] = {
                     "engine": options.engine, "chord": options.chord, "brep": options.brep,
                     "brep_seconds": options.brep_seconds or BREP_SECONDS, "contact": options.contact, "stages": _parts(options),
+                    "csv": options.csv,
                 }  # fmt: skip
                 here: dict[str, Any] = {"resume": resume, "progress": progress, "lock": lock, "force": force}
                 if part is not None:
@@ -429,7 +430,7 @@ def told_disputes(result: RunResult) -> list[str]:
         return []
     found = disputes(result.blocks)
     lines = [f"  block {block} (line {line}): {one}, {other}" for block, line, _, one, other in found[:FEW]]
-    more = [f"  and {len(found) - FEW} more, see blocks.csv"] if len(found) > FEW else []
+    more = [f"  and {len(found) - FEW} more, see blocks.parquet"] if len(found) > FEW else []
     judge = result.summary.get("second_judge") or {}
     if judge.get("total_agrees") is False:
         more.append(
@@ -454,7 +455,7 @@ def _first_warnings(result: RunResult) -> list[str]:
     rows = result.blocks.filter(pl.col("warning").is_not_null()).select("line", "warning")
     found = sorted([*rows.head(SHOWN).iter_rows(), *((line, text) for line, _, text in result.findings)])
     left = result.summary["warnings"] - len(found[:SHOWN])
-    more = [f"            and {left} more in blocks.csv and report.html"] if left > 0 else []
+    more = [f"            and {left} more in blocks.parquet and report.html"] if left > 0 else []
     return [*(f"            line {line}: {text}" for line, text in found[:SHOWN]), *more]
 
 
@@ -487,6 +488,7 @@ def _closing_lines(result: RunResult, folder: Path) -> str:
         ),
         *(f"  note      {text}" for text in s["notes"]),
         *(f"  contact   {text}" for text in s.get("contact_notes", ())),
+        *([f"  table     {s['table_note']}"] if "table_note" in s else []),
     ]
     if (schedule := result.schedule) is not None and schedule.note:
         lines.append(f"  schedule  {schedule.note}")

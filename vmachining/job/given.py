@@ -40,6 +40,7 @@ class RunOptions:
     force: bool = False
     part: Part | None = None
     parts: Parts | None = None
+    csv: bool = False
 
     def of(self, job: Job) -> dict[str, Any]:
         """The options of the manifest, with those of the job that change numbers; workers join them when something is cut.
@@ -56,7 +57,11 @@ class RunOptions:
             "engine": self.engine, "brep": self.brep, "brep_seconds": self.brep_seconds, "contact": self.contact,
             "stages": asked_stages(self.stages, self.contact, job),
         }  # fmt: skip
-        rare = {"every_strategy": self.every_strategy, "part": None if self.part is None else str(self.part)}
+        rare = {
+            "every_strategy": self.every_strategy,
+            "csv": self.csv,
+            "part": None if self.part is None else str(self.part),
+        }
         return found | {name: value for name, value in rare.items() if value}
 
 

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engagement.along import Sweeps
-from vmachining.job.table import CONTACT
+from vmachining.job.table import CONTACT, read_partial
+
+LEFT_OUT = "contact columns are empty: they were left out (`vmachining contact` computes them)"
+
+NO_CONTACT = "contact columns are empty: --engine vectors measures the deviation; [force] or [feed] in the job asks for both"
+
+SAMPLE = 200
+"""Blocks of `--contact sample`, spread evenly over those that remove something."""
 
 
 @dataclass(slots=True, eq=False)
@@ -62,3 +70,11 @@ def no_stations(blocks: int, why: str) -> Stations:
         columns, none, np.zeros(0), np.empty((0, 3)), none, none, np.full(blocks, np.nan),
         np.ones(blocks, dtype=np.bool_), (why,),
     )  # fmt: skip
+
+
+def sampled(rows: Path) -> frozenset[int]:
+    """Some of the blocks that remove something, the last one among them. rows : of the run, see `table.RowFile`."""
+    table = read_partial(rows, ["block", "removed_hi_mm3"])
+    numbers = table.filter(table["removed_hi_mm3"] > 0.0)["block"].to_list()
+    count = min(SAMPLE, len(numbers))
+    return frozenset(numbers[((k + 1) * len(numbers)) // count - 1] for k in range(count))

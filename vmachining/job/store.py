@@ -6,7 +6,7 @@ done.
 
 | option | when a run continues |
 |---|---|
-| brep, brep_seconds, contact, stages, stock, stock_at | what is asked in addition is done, what is there stays |
+| brep, brep_seconds, contact, stages, stock, stock_at, csv | what is asked in addition is done, what is there stays |
 | workers | any value |
 | every other one | changes numbers that are on disk: refused by name |
 """
@@ -31,7 +31,7 @@ PARTS = ("cut", "contact", "plan", "judge", "show")
 
 CONTACTS = ("none", "sample", "all")
 
-ADDED = ("brep", "brep_seconds", "contact", "stages", "stock", "stock_at")
+ADDED = ("brep", "brep_seconds", "contact", "stages", "stock", "stock_at", "csv")
 """Options whose later values add to what is there."""
 
 FREE = (*ADDED, "workers")
@@ -89,7 +89,7 @@ def continued(place: ResultFolder, old: Mapping[str, Any], new: dict[str, Any]) 
         options["stages"] = [
             name for name in PARTS if name in {*before.get("stages", PARTS), *options["stages"]}
         ]
-        options |= {name: before[name] for name in ("stock", "stock_at") if name in before}
+        options |= {name: before[name] for name in ("stock", "stock_at", "csv") if name in before}
         new["stages"] = old["stages"]
     if ended:
         place.manifest = {**old, "complete": False, "files": {**old["files"]}}
@@ -161,6 +161,8 @@ def _in_addition(before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
     if brep != "none" and (brep != before.get("brep") or longer) and before.get("brep") != "all":
         return True
     if CONTACTS.index(after.get("contact", "all")) > CONTACTS.index(before.get("contact", "all")):
+        return True
+    if after.get("csv") and not before.get("csv"):
         return True
     if set(after.get("stages", ())) - set(before.get("stages", after.get("stages", ()))):
         return True

@@ -1,9 +1,9 @@
 """The result table: one row per NC block that moves, streamed to disk while the simulation runs.
 
-Rows go to `blocks.partial.csv` as they are made and become `blocks.csv` and `blocks.parquet` when the last
-one is there, so memory does not grow with the program and an interrupted run leaves a readable table. The
-partial file and the Parquet file have all digits: a row read back is the row that was written, bit for bit.
-blocks.csv has `DIGITS` of them, so that what was 0.102 does not read 0.10200000000000001.
+Rows go to `blocks.partial.csv` as they are made and become `blocks.parquet`, and `blocks.csv` of a program that is not
+long (`MOST_CSV`), when the last one is there, so memory does not grow with the program and an interrupted run leaves a
+readable table. The partial file and the Parquet file have all digits: a row read back is the row that was written, bit
+for bit. blocks.csv has `DIGITS` of them, so that what was 0.102 does not read 0.10200000000000001.
 """
 
 from __future__ import annotations
@@ -122,6 +122,14 @@ CONTACT = (
     "planned_fraction",
 )  # fmt: skip
 """Columns of the contact between tool and workpiece."""
+
+MOST_CSV = 100_000
+"""Blocks up to which a run writes its table as CSV, too, without being asked."""
+
+NO_CSV = f"blocks.parquet has all rows; above {MOST_CSV:,} blocks blocks.csv is written with --csv only"
+
+ROW_GROUP = 2**17
+"""Rows that a reader of Parquet files takes at a time."""
 
 ROOM = 2**20
 """Bytes; with less than that a table that cannot be written is taken to lack room."""
@@ -286,8 +294,9 @@ def finish(
     opinion: pl.DataFrame | None = None,
     contact: pl.DataFrame | None = None,
     estimates: pl.DataFrame | None = None,
+    csv: bool = True,
 ) -> None:
-    """Make `stem`.csv and `stem`.parquet of a partial file, in streaming fashion.
+    """Make `stem`.parquet of a partial file, and `stem`.csv where `csv` says so, in streaming fashion.
 
     scheduled : columns block, scheduled_feed_mm_min, scheduled_time_s to fill in, and note, which joins the
     warning; or None.
@@ -325,6 +334,8 @@ def finish(
         )
         frame = frame.with_columns(pl.when(said != "").then(said).alias("warning")).select(list(COLUMNS))
     with atomic_path(folder / f"{stem}.parquet") as temporary, _room(temporary):
-        frame.sink_parquet(temporary)
+        frame.sink_parquet(temporary, row_group_size=ROW_GROUP)
+    if not csv:
+        return
     with atomic_path(folder / f"{stem}.csv") as temporary, _room(temporary):
         readable(pl.scan_parquet(folder / f"{stem}.parquet")).sink_csv(temporary)

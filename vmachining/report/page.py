@@ -66,7 +66,7 @@ def write_report(result: RunResult, path: Path) -> None:
         notes=result.summary["notes"],
         guesses=result.summary.get("guesses", []),
         tools=_tools(result, blocks),
-        more_warnings=f"{len(warned) - MAX_ROWS} more in blocks.csv." if len(warned) > MAX_ROWS else "",
+        more_warnings=f"{len(warned) - MAX_ROWS} more in blocks.parquet." if len(warned) > MAX_ROWS else "",
         known=known(result),
         unknown=unknown(result),
         widest=widest(blocks),
@@ -306,7 +306,7 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
         "force_load": "{} {}".format(*UNITS[feed.component if feed else "resultant"]),
         "limits": tally,
         "limited": limited[:MAX_ROWS],
-        "more": f"{len(limited) - MAX_ROWS} more in blocks.csv." if len(limited) > MAX_ROWS else "",
+        "more": f"{len(limited) - MAX_ROWS} more in blocks.parquet." if len(limited) > MAX_ROWS else "",
     }
 
 
