@@ -288,13 +288,14 @@ def joint_demands(moves: Sequence[Move], machine: Machine | None, lengths: Float
     moment counts; where two slides are parallel on the way they are not looked at.
     """
     n = len(moves)
-    out = JointDemands(
-        np.zeros(n), np.full(n, np.inf), np.full((n, 3), np.nan), np.zeros((n, PIECES)), np.full((n, PIECES), np.inf),
-    )  # fmt: skip
+    wanted = [k for k, move in enumerate(moves) if move.rotary_deg is not None]
+    none, free = (np.broadcast_to(value, (n, PIECES)) for value in (0.0, np.inf))  # views of one number
+    if wanted:
+        none, free = none.copy(), free.copy()
+    out = JointDemands(np.zeros(n), np.full(n, np.inf), np.full((n, 3), np.nan), none, free)
     for at, move in enumerate(moves):
         if move.circle is not None and lengths[at] > 0.0:
             out.slides[at] = _peaks(*_arc_rates(move))[0]
-    wanted = [k for k, move in enumerate(moves) if move.rotary_deg is not None]
     if machine is None or not machine.rotary or not wanted:
         return out
     first, last = (
@@ -429,11 +430,13 @@ def joint_directions(
     turning = [] if machine is None else list(machine.rotary)
     out, still = np.zeros((len(moves), 3 + len(turning))), np.zeros(len(moves))
     leaving, bend = np.full((len(moves), 3), np.nan), np.zeros((len(moves), 4))
+    straight = [k for k, path in enumerate(paths) if isinstance(path, Line) and lengths[k] > 0.0]
+    if straight:
+        start, end = (np.array([getattr(paths[k], name) for k in straight]) for name in ("start", "end"))
+        out[straight, :3] = (end - start) / lengths[straight, None]
     for k, path in enumerate(paths):
-        if lengths[k] > 0.0:
-            if isinstance(path, Line):
-                out[k, :3] = (path.end - path.start) / lengths[k]
-            elif isinstance(path, Turn) and is_arc(moves[k]):
+        if lengths[k] > 0.0 and not isinstance(path, Line):
+            if isinstance(path, Turn) and is_arc(moves[k]):
                 ends = path.velocity(np.array([0.0, 1.0]))
                 out[k, :3], leaving[k] = ends / np.linalg.norm(ends, axis=1, keepdims=True)
                 bend[k] = _curvature(moves[k], machine, lengths[k])

@@ -163,7 +163,9 @@ class Driven:
             turned[k], normal[k] = arc.angle, arc.axis
         slow = demands.piece_seconds
         uneven = (length > 0) & (slow.max(axis=1) > EVEN * slow.min(axis=1))
-        parts = np.where(uneven, PIECES, 1)
+        parts, allowed = np.where(uneven, PIECES, 1), np.broadcast_to(np.inf, slow.shape)
+        if uneven.any():
+            allowed = 60.0 * np.divide(length[:, None], slow, out=allowed.copy(), where=slow > 0)
         return cls(
             toolpath, Pace.of(program, block_delete=block_delete), length, still,
             # a tool that turns about its tip travels no way: it has the length that its joints turn
@@ -171,8 +173,7 @@ class Driven:
             fast, feed, dwell, joint_feeds(length, demands.seconds),
             _peaks(paths, demands.slides, length),
             tangent, acceleration, turned, normal, demands.accelerations, parts,
-            60.0 * np.divide(length[:, None], slow, out=np.full(slow.shape, np.inf), where=slow > 0), demands.piece_accelerations,
-            leaving, bend,
+            allowed, demands.piece_accelerations, leaving, bend,
         )  # fmt: skip
 
     def times(
