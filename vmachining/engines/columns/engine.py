@@ -40,6 +40,9 @@ UPRIGHT = 2
 ULPS = 64
 """Rounding of a coordinate that a kernel works with, in units in the last place of the extent."""
 
+EPS = float(np.finfo(float).eps)
+"""Asked for once: numpy makes it anew for every question."""
+
 ROUNDING = 1e-11
 """Rounding of closed integrals, relative to plan area times height: a quotient by THIN^2 of the kernels' 1e-4 at most."""
 
@@ -151,7 +154,7 @@ class ColumnsEngine:
         """mm by which a surface that was computed may lie beside the true one (R10)."""
         box = sweep.bounds
         scale = np.abs([*box, self.stock.low, self.stock.high]).max() + np.ptp(box, axis=0).max()
-        return float(ULPS * np.finfo(float).eps * scale)
+        return float(ULPS * EPS * scale)
 
     def meets(self, sweep: Sweep) -> bool:
         """Whether the box of a sweep meets that of the stock."""
@@ -276,7 +279,7 @@ class ColumnsEngine:
         bottom, top = self.stock.low[2], self.stock.high[2]
         row, out = self._rows[k].tolist(), np.zeros(5)
         scale = max(map(abs, (*self.stock.low, *self.stock.high, *row[:3]))) + max(row[3], 0.0) + row[5]
-        slack = ULPS * float(np.finfo(float).eps) * scale
+        slack = ULPS * EPS * scale
         while True:
             _kernels.remove(
                 shapes, tiles.arrays, tiles.roof, self._work, k, self._rim, top, bottom,

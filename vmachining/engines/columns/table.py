@@ -33,6 +33,11 @@ class CutterTable:
         self.tops: list[float] = []
         self._numbers: dict[tuple[bytes, float], int] = {}
         self._known: list[tuple[Profile, float, int]] = []
+        self._last: tuple[Profile | None, float, int] = (
+            None,
+            0.0,
+            0,
+        )  # asked for by the block before, most often
 
     def number(self, profile: Profile, by: float, rung: int = 0) -> int:
         """Number of a cutter grown by some mm, given to the kernels once.
@@ -41,10 +46,13 @@ class CutterTable:
 
         Raises EngineError: The cutter is not convex, or has more parts than there is room for.
         """
+        if not rung and self._last[0] is profile and self._last[1] == by:
+            return self._last[2]
         # by shape: behind a checkpoint the cutter of a job is another object, and still the one that lies in itself
         key = b"|".join(a.tobytes() for a in (profile.points, profile.centers, profile.radii)), by
         known = None if rung else self._numbers.get(key)
         if known is not None:
+            self._last = profile, by, known
             return known
         found = underside((widened if rung == ASIDE else grown)(profile, by))
         if found is None or len(found.part) > PARTS:
