@@ -10,8 +10,8 @@ from tinyjob import FEED, JOB, write_job
 from vmachining.errors import JobError, NCError
 from vmachining.force import shipped
 from vmachining.job import Job
-from vmachining.job.keys import key_positions, nearest
 from vmachining.job.reading import read_job_program
+from vmachining.tomlplaces import key_positions, nearest
 
 BOX = "box = { min = [0, 0, -4], max = [10, 18, 0] }"
 

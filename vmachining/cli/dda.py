@@ -14,16 +14,18 @@ from vmachining.cli.nc import note_findings, read
 from vmachining.cli.nc_commands import Checking, Dda
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError, KinematicsError
-from vmachining.geometry import Arc, Line, arc_between
+from vmachining.geometry import Arc, Line
 from vmachining.job.files import atomic_path
 from vmachining.job.folder import refuse_target
+from vmachining.job.paths import move_path
 from vmachining.machine import Interpolator, PulseBlock, write_csv, write_npz
 from vmachining.nc import Motion, Move, Program
 
 CSV_HEADER, NPZ_MEMBER, GENERATOR = b"block,line,tick,time_s,x,y,z\n", b"steps.npy", b"vmachining dda"
 """What tells files of this command from others."""
 
-NORMAL = {"yz": 0, "zx": 1, "xy": 2}
+STEADY: dict[str, Any] = dict.fromkeys(("axis_start", "axis_end", "rotary_start", "rotary_deg"))
+"""Of a move whose axes rest: where they do is nothing to dda."""
 
 
 def dda(o: Dda) -> int:
@@ -88,11 +90,11 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
     for move in program.moves:
         if move.motion is Motion.DWELL:
             continue
-        if _turns(move):
+        path = None if _turns(move) else move_path(move._replace(**STEADY))
+        if not isinstance(path, Line | Arc):
             raise KinematicsError(
                 "a rotary axis moves", file=program.name, line=move.line, remedy="dda drives X, Y and Z"
             )
-        path = _path(move)
         if not path.length:
             continue
         feed = None if move.motion is Motion.RAPID else move.feed_mm_min
@@ -102,16 +104,6 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
             raise KinematicsError(exc.message, file=program.name, line=move.line, remedy=exc.remedy) from exc
         paths.append(path)
     return paths, blocks
-
-
-def _path(move: Move) -> Line | Arc:
-    if move.motion not in (Motion.ARC_CW, Motion.ARC_CCW) or move.center is None:
-        return Line(move.start, move.end)
-    normal = NORMAL[move.plane]
-    center = np.array(move.start, dtype=np.float64)
-    center[[(normal + 1) % 3, (normal + 2) % 3]] = move.center
-    ccw = move.motion is Motion.ARC_CCW
-    return arc_between(move.start, move.end, center, normal, ccw=ccw, turns=max(move.turns, 1))
 
 
 def _turns(move: Move) -> bool:

@@ -9,21 +9,11 @@ from typing import Annotated, Literal
 import typer
 
 from vmachining.cli.options import (
-    BlockDelete,
-    ControlKeys,
-    CrcCorner,
-    CrcEntry,
     Dialect,
-    Dwell,
-    FromLine,
     Home,
     Json,
-    MaxSteps,
     OfMachine,
     ProgramArg,
-    Rotary,
-    Subroutines,
-    Taps,
     Tools,
     ToolUnits,
     Travel,
@@ -105,17 +95,24 @@ class Reading:
     units: Units = ""
     tools: Tools = None
     tools_units: ToolUnits = "mm"
-    rotary: Rotary = "ABC"
+    rotary: Annotated[str, opt("ABC", "Rotary axes of the machine.")] = "ABC"
     home: Home = "0,0,0"
-    crc_entry: CrcEntry = ""
-    crc_corner: CrcCorner = ""
-    taps: Taps = "reference"
-    dwell: Dwell = "s"
-    max_steps: MaxSteps = 1_000_000
-    subroutines: Subroutines = None
-    control: ControlKeys = None
-    block_delete: BlockDelete = False
-    from_line: FromLine = 1
+    crc_entry: Annotated[str, opt("prev|next", "How cutter compensation enters the path.")] = ""
+    crc_corner: Annotated[str, opt("arc|exact|miter|line", "How compensation treats corners.")] = ""
+    taps: Annotated[str, opt("reference|axis", "Where taps in G18 and G19 go; axis: into holes.")] = (
+        "reference"
+    )
+    dwell: Annotated[str, opt("s|ms", "Unit of P in G4 and in canned cycles.")] = "s"
+    max_steps: Annotated[int, opt("N", "Most lines that loops and calls may execute.", min=1)] = 1_000_000
+    subroutines: Annotated[
+        list[Path] | None, opt("DIR", "Another folder of subprogram files; repeatable.")
+    ] = None
+    control: Annotated[
+        list[str] | None,
+        opt("KEY=VALUE", "A parameter of the control, such as compensation=wear; repeatable."),
+    ] = None
+    block_delete: Annotated[bool, flag("--block-delete", "Skip lines that open with a slash.")] = False
+    from_line: Annotated[int, opt("N", "Restart at this line.", min=1)] = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

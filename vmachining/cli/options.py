@@ -142,7 +142,6 @@ Resume = Annotated[bool, flag("--resume", "Continue where an interrupted run sto
 OfMachine = Annotated[
     str | None, opt("NAME|FILE", "Preset, machine file or job; moves beyond its limits are findings.")
 ]
-BlockDelete = Annotated[bool, flag("--block-delete", "Skip lines that open with a slash.")]
 ProgramArg = Annotated[str, arg("PROGRAM", "NC program; - reads standard input.")]
 JobArg = Annotated[Path, arg("JOB.toml", "Job file.")]
 Out = Annotated[Path | None, opt("DIR", "Result directory; default out/NAME.")]
@@ -159,17 +158,6 @@ DIALECTS = "Program dialect: iso, fanuc, haas, mazak, okuma, mts, apt, poses; au
 Dialect = Annotated[str, opt(None, DIALECTS)]
 Tools = Annotated[Path | None, opt("FILE", "Tool table: a job file, or a LinuxCNC .tbl.")]
 ToolUnits = Annotated[Literal["mm", "inch"], opt("mm|inch", "Unit of a .tbl table.")]
-Rotary = Annotated[str, opt("ABC", "Rotary axes of the machine.")]
 Home = Annotated[str, opt("X,Y,Z", "mm; where the tool starts and G28 returns to.")]
-CrcEntry = Annotated[str, opt("prev|next", "How cutter compensation enters the path.")]
-CrcCorner = Annotated[str, opt("arc|exact|miter|line", "How compensation treats corners.")]
-Taps = Annotated[str, opt("reference|axis", "Where taps in G18 and G19 go; axis: into holes.")]
-Dwell = Annotated[str, opt("s|ms", "Unit of P in G4 and in canned cycles.")]
-MaxSteps = Annotated[int, opt("N", "Most lines that loops and calls may execute.", min=1)]
-FromLine = Annotated[int, opt("N", "Restart at this line.", min=1)]
-CONTROL = "A parameter of the control, such as compensation=wear; repeatable."
-ControlKeys = Annotated[list[str] | None, opt("KEY=VALUE", CONTROL)]
-FOLDERS = "Another folder of subprogram files; repeatable."
-Subroutines = Annotated[list[Path] | None, opt("DIR", FOLDERS)]
 TRAVEL = "mm, machine coordinates; moves beyond it are findings (E373)."
 Travel = Annotated[str | None, opt("X0,Y0,Z0,X1,Y1,Z1", TRAVEL)]

@@ -9,7 +9,7 @@
 
 | file | holds |
 |---|---|
-| `jobfile.py`, `model.py`, `keys.py`, `words.py` | `Job`: the job file, units, refusals with line and suggestion |
+| `jobfile.py`, `model.py`, `words.py` | `Job`: the job file, units, refusals with line and suggestion |
 | `reading.py`, `paths.py`, `blocks.py`, `toolpath.py`, `timing.py`, `reach.py` | the program of a job: paths, blocks, times |
 | `run.py`, `course.py`, `given.py`, `cutting.py`, `simulate.py`, `executor.py`, `stopping.py` | `run`, its stages, signals |
 | `record.py`, `store.py`, `spent.py` | manifest and checkpoints of a run; what may differ when it continues; what stages cost |

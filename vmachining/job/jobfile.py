@@ -15,13 +15,13 @@ from pydantic import BaseModel, ValidationError
 
 from vmachining.errors import JobError, KinematicsError, ToolError
 from vmachining.htmltable import facts_html
-from vmachining.job.keys import dotted, key_positions, nearest, position_of, toml_refusal
 from vmachining.job.mill import Mill
 from vmachining.job.model import TOOL_KEYS, JobFile, ProgramKeys, Stock
 from vmachining.job.words import Refuse, first_refusal
 from vmachining.machine import Machine
 from vmachining.stock import BoxStock, CylinderStock
 from vmachining.textfile import parse_toml, read_text
+from vmachining.tomlplaces import dotted, key_positions, nearest, position_of, toml_refusal
 from vmachining.tool import Cutter, Tool, mapping_of_tool, tool_from_mapping
 
 MM_PER_INCH = 25.4

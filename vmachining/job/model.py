@@ -27,6 +27,7 @@ from vmachining.nc.settings import (
     UnitName,
 )
 from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
+from vmachining.tool.table import MEANINGS
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
@@ -57,12 +58,7 @@ def _rising(pair: tuple[float, float]) -> tuple[float, float]:
 
 Range = Annotated[Pair, AfterValidator(_rising)]
 
-TOOL_KEYS = frozenset(
-    (
-        "number", "type", "name", "diameter_mm", "corner_radius_mm", "flute_length_mm", "length_mm", "flutes",
-        "helix_deg", "taper_deg", "tip_deg", "apt", "profile", "shank_diameter_mm", "holder",
-    )
-)  # fmt: skip
+TOOL_KEYS = frozenset(MEANINGS)
 
 
 class Keys(BaseModel):

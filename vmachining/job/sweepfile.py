@@ -13,9 +13,9 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError, SweepError, ToolError
-from vmachining.job.keys import nearest
 from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.textfile import parse_json, read_text
+from vmachining.tomlplaces import nearest
 from vmachining.tool import Tool, tool_from_mapping
 
 KEYS = ("tool", "start", "end", "interpolation", "chain", "control_height_mm")

@@ -12,8 +12,8 @@ from pydantic_core import ErrorDetails
 
 from vmachining.errors import JobError
 from vmachining.force import shipped
-from vmachining.job.keys import KeyPath, dotted, nearest
 from vmachining.job.model import JobFile
+from vmachining.tomlplaces import KeyPath, dotted, nearest
 
 MEANT: dict[tuple[str, ...], str] = {
     ("stock", "cylinder", "diameter"): "give radius, half of it",

@@ -39,6 +39,7 @@ from vmachining.machine.chain import Machine
 from vmachining.machine.hexapod import Hexapod
 from vmachining.machine.presets import PRESETS, preset
 from vmachining.textfile import parse_toml, read_text
+from vmachining.tomlplaces import key_positions, position_of, said_by_toml
 
 TOP_KEYS = ("name", "tool_axis", "gauge_mm", "tool_length_mm", "work", "axes", "legs", "machine")
 LEG_KEYS = ("base_mm", "platform_mm", "length_mm", "base_joint_deg", "platform_joint_deg")
@@ -84,10 +85,8 @@ def read_parts(path: str | Path) -> tuple[Machine | None, Hexapod | None, Mappin
     try:
         data = parse_toml(text)
     except tomllib.TOMLDecodeError as exc:
-        place = re.search(r"\(at line (\d+), column (\d+)\)", str(exc))
-        line, col = (int(place[1]), int(place[2])) if place else (None, None)
-        message = re.sub(r" \(at .*\)$", "", str(exc))
-        raise KinematicsError(f"not valid TOML: {message}", file=str(path), line=line, col=col) from exc
+        what, line, col = said_by_toml(exc)
+        raise KinematicsError(what, file=str(path), line=line, col=col) from exc
     reader, keys = _Reader(str(path), text), data.get("machine", {})
     if not isinstance(keys, dict):
         raise reader.refuse("machine is not a table", "machine")
@@ -109,26 +108,18 @@ class _Reader:
     """Checks keys and values; knows where they stand."""
 
     def __init__(self, file: str | None, text: str) -> None:
-        self.file = file
-        self.lines = text.splitlines()
+        self.file, self.places = file, key_positions(text)
 
     def refuse(
         self, message: str, key: str | None = None, axis: int | None = None, remedy: str | None = None
     ) -> KinematicsError:
-        return KinematicsError(message, file=self.file, line=self._line(key, axis), remedy=remedy)
-
-    def _line(self, key: str | None, axis: int | None) -> int | None:
-        """Line of a key in the top table or in the n-th [[axes]]; its header if the key is not there."""
-        heads = [i for i, line in enumerate(self.lines) if re.match(r"\s*\[\[\s*axes\s*\]\]", line)]
-        if axis is not None and axis >= len(heads):
-            return None
-        first = 0 if axis is None else heads[axis]
-        last = next((h for h in heads if h > first), len(self.lines))
-        if key is not None:
-            for i in range(first, last):
-                if re.match(rf"\s*(work\s*\.\s*)?\"?{re.escape(key)}\"?\s*=", self.lines[i]):
-                    return i + 1
-        return first + 1 if axis is not None else None
+        path: tuple[str | int, ...] = (str(key),)
+        if axis is not None:
+            path = ("axes", axis, *path)
+        else:  # keys of the tables beside the axes have names of their own
+            path = next((p for p in (path, ("work", *path), ("legs", *path)) if p in self.places), path)
+        place = position_of(path, self.places)
+        return KinematicsError(message, file=self.file, line=place[0] if place else None, remedy=remedy)
 
     def machine(self, data: Mapping[str, Any]) -> Machine:
         self.known(data, TOP_KEYS, None)

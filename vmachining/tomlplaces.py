@@ -38,11 +38,16 @@ def key_positions(text: str) -> dict[KeyPath, tuple[int, int]]:
     return found
 
 
-def toml_refusal(text: str, exc: tomllib.TOMLDecodeError, file: str) -> JobError:
-    """What tomllib refused, in the words of a job file: a key given twice, a decimal comma, a text without quotes."""
+def said_by_toml(exc: tomllib.TOMLDecodeError) -> tuple[str, int | None, int | None]:
+    """What tomllib refused, without the place; line and column."""
     place = re.search(r"\(at line (\d+), column (\d+)\)", str(exc))
     line, col = (int(place[1]), int(place[2])) if place else (None, None)
-    what, remedy = f"not valid TOML: {re.sub(r' [(]at .*[)]$', '', str(exc))}", None
+    return f"not valid TOML: {re.sub(r' [(]at .*[)]$', '', str(exc))}", line, col
+
+
+def toml_refusal(text: str, exc: tomllib.TOMLDecodeError, file: str) -> JobError:
+    """What tomllib refused, in the words of a job file: a key given twice, a decimal comma, a text without quotes."""
+    (what, line, col), remedy = said_by_toml(exc), None
     seen: dict[KeyPath, int] = {}
     for path, (at, column) in _occurrences(text):
         if path in seen and at == line and not isinstance(path[-1], int):
