@@ -166,7 +166,7 @@ def test_bad_results_are_refused_with_their_place(
 
 
 def test_bad_tables_of_python_are_refused() -> None:
-    with pytest.raises(InputError, match=r"row 0: line 1000.* is not a whole number"):
+    with pytest.raises(InputError, match=r"row 1: line 1000.* is not a whole number"):
         vm.compare({"line": [10**400], "removed_mm3": [1.0]}, PACK)  # no float holds it
     with pytest.raises(InputError, match="table: 2 values of line, 1 of removed_mm3"):
         vm.compare({"line": [9, 10], "removed_mm3": [1.0]}, PACK)

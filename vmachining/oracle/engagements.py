@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -15,7 +15,7 @@ import polars as pl
 from vmachining.engagement import Engagement
 from vmachining.errors import InputError
 from vmachining.job.files import read_manifest, sha256
-from vmachining.oracle.results import LARGEST, csv_rows, csv_table, finite, refuse_twice, whole
+from vmachining.oracle.results import LARGEST, Table, csv_rows, finite, whole
 
 TOLERANCE_MM = 1e-4
 """What our own two methods promise to agree to on curved stock; planes are good to 1e-6 mm."""
@@ -158,26 +158,11 @@ def is_engagement_table(path: Path | str) -> bool:
     return {"phi_deg", "lower_mm"} <= {name.strip() for name in header}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Table:
-    """Columns as they were handed in. lines : of the rows, where they come from a text file."""
-
-    columns: Mapping[str, Sequence[Any]]
-    source: str
-    lines: Sequence[int] | None = None
-
-    def where(self, row: int) -> dict[str, Any]:
-        """file and line keywords of an error about one row."""
-        if self.lines is None:
-            return {"file": f"{self.source} row {row + 1}"}
-        return {"file": self.source, "line": self.lines[row]}
-
-
 def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[Place, list[Interval]], str]:
     if isinstance(reference, Engagement):
-        return _gathered(_Table(reference.table().to_dict(as_series=False), "engagement")), "engagement"
+        return _gathered(Table.read(reference.table(), _chosen)), "engagement"
     if isinstance(reference, pl.DataFrame):
-        return _gathered(_Table(reference.to_dict(as_series=False), "table")), "table"
+        return _gathered(Table.read(reference, _chosen)), "table"
     folder = Path(reference)
     if not folder.is_dir():
         raise InputError(
@@ -195,12 +180,12 @@ def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[
             "differs from the file that the pack was made with", file=str(path), remedy="fetch the pack again"
         )
     if path.suffix == ".csv":
-        return _gathered(_csv(path)), str(folder)
+        return _gathered(Table.read(path, _chosen)), str(folder)
     try:
         table = pl.read_parquet(path)
     except (OSError, pl.exceptions.PolarsError) as exc:
         raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=str(path)) from exc
-    return _gathered(_Table(table.to_dict(as_series=False), str(path))), str(folder)
+    return _gathered(replace(Table.read(table, _chosen), source=str(path))), str(folder)
 
 
 def _intervals_of(
@@ -209,9 +194,7 @@ def _intervals_of(
 ) -> tuple[dict[Place, list[Interval]], str]:
     if isinstance(results, Engagement):
         results = results.table()
-    if isinstance(results, pl.DataFrame):
-        results = results.to_dict(as_series=False)
-    table = _csv(Path(results)) if isinstance(results, (str, Path)) else _Table(results, "table")
+    table = Table.read(results, _chosen)
     instants: dict[int, set[float]] = defaultdict(set)
     for block, at, _ in known:
         instants[block].add(at)
@@ -227,37 +210,23 @@ def _intervals_of(
     return _gathered(table, only, nameless=nameless), table.source
 
 
-def _csv(path: Path) -> _Table:
-    """The columns of a CSV file that are needed."""
-    line, names, rows = csv_table(path)
-    _check_columns(names, str(path), line)
-    needed = [name for name in (*KEYS, "at") if name in names]
-    refuse_twice(names, needed, str(path), line)
-    read = list(rows)
-    columns = {name: [row[names.index(name)] for _, row in read] for name in needed}
-    return _Table(columns, str(path), [number for number, _ in read])
-
-
-def _check_columns(columns: Iterable[str], source: str, line: int | None = None) -> None:
-    lacking = next((name for name in KEYS if name not in set(columns)), None)
+def _chosen(names: Sequence[str], source: str, line: int | None) -> list[str]:
+    """The columns that are needed, of a table that has them."""
+    lacking = next((name for name in KEYS if name not in names), None)
     if lacking is not None:
         raise InputError(f"no column {lacking}", file=source, line=line, remedy=WANTED)
+    return [name for name in (*KEYS, "at") if name in names]
 
 
 def _gathered(
-    table: _Table, only: Mapping[int, float] | None = None, *, nameless: bool = True
+    table: Table, only: Mapping[int, float] | None = None, *, nameless: bool = True
 ) -> dict[Place, list[Interval]]:
     """Intervals by place, rising and joined; an empty list where nothing is engaged.
 
     only : the instant of every block, where there is no column of them. nameless : whether a block may be empty.
     """
-    _check_columns(table.columns, table.source)
-    used = [*KEYS, "at"] if "at" in table.columns else [*KEYS]
-    columns = {name: list(table.columns[name]) for name in used}
-    rows = len(columns["block"])
-    odd = next((name for name in used if len(columns[name]) != rows), None)
-    if odd is not None:
-        raise InputError(f"{table.source}: {rows} values of block, {len(columns[odd])} of {odd}")
+    used = list(table.columns)
+    rows = len(table.columns["block"])
     if not rows:
         raise InputError(
             "a header and no results",
@@ -265,7 +234,7 @@ def _gathered(
             remedy="one row per interval, and one row without ends for an angle without contact",
         )
     out: dict[Place, list[Interval]] = {}
-    for row, (block, *cells) in enumerate(zip(*columns.values(), strict=True)):
+    for row, (block, *cells) in enumerate(zip(*table.columns.values(), strict=True)):
         where = table.where(row)
         key = NO_BLOCK if nameless and _empty(block) else whole(block, "block", where)
         angle, a, b, *rest = (_number(v, name, where) for v, name in zip(cells, used[1:], strict=True))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +46,54 @@ class Results:
     texts: dict[int, tuple[dict[str, Any], str]] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """Columns as they were handed in, equally long. lines : of the rows, where they come from a text file."""
+
+    columns: Mapping[str, Sequence[Any]]
+    source: str
+    lines: Sequence[int] | None = None
+
+    @classmethod
+    def read(
+        cls,
+        given: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]],
+        chosen: Callable[[Sequence[str], str, int | None], Sequence[str]],
+    ) -> Table:
+        """Columns of a CSV file, a polars table or a mapping.
+
+        chosen : the names that are needed, of those that there are, with source and line of the header; refuses others.
+        Raises InputError: Unreadable, a name twice, columns of several lengths, or what `chosen` refuses.
+        """
+        if isinstance(given, (str, Path)):
+            path = Path(given)
+            line, names, rows = csv_table(path)
+            needed = chosen(names, str(path), line)
+            refuse_twice(names, needed, str(path), line)
+            lines: list[int] = []
+            cells: list[tuple[int, list[str]]] = [(names.index(name), []) for name in needed]
+            for number, row in rows:
+                lines.append(number)
+                for at, column in cells:
+                    column.append(row[at])
+            return cls({names[at]: column for at, column in cells}, str(path), lines)
+        held = given if isinstance(given, Mapping) else given.to_dict(as_series=False)
+        columns = {name: list(held[name]) for name in chosen(list(held), "table", None)}
+        first, *others = columns
+        for name in others:
+            if len(columns[name]) != len(columns[first]):
+                raise InputError(
+                    f"table: {len(columns[first])} values of {first}, {len(columns[name])} of {name}"
+                )
+        return cls(columns, "table")
+
+    def where(self, row: int) -> dict[str, Any]:
+        """file and line keywords of an error about one row, which counts from 0."""
+        if self.lines is None:
+            return {"file": f"{self.source} row {row + 1}"}
+        return {"file": self.source, "line": self.lines[row]}
+
+
 def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]]) -> Results:
     """Read results.
 
@@ -55,20 +104,7 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
     Raises InputError: Unreadable, no such columns, a value that is not a finite number or beyond `LARGEST`, a block twice;
         names file and line.
     """
-    if isinstance(results, (str, Path)):
-        return _read_csv(Path(results))
-    columns: Mapping[str, Any] = (
-        results if isinstance(results, Mapping) else {name: results[name] for name in results.columns}
-    )
-    key = _key(columns, "table", 1)
-    numbers, volumes = list(columns[key]), list(columns[VOLUME])
-    if len(numbers) != len(volumes):
-        raise InputError(f"table: {len(numbers)} values of {key}, {len(volumes)} of {VOLUME}")
-    texts = list(columns[TEXT]) if TEXT in columns else [None] * len(numbers)
-    if len(texts) != len(numbers):
-        raise InputError(f"table: {len(numbers)} values of {key}, {len(texts)} of {TEXT}")
-    parts = enumerate(zip(numbers, volumes, texts, strict=True))
-    return _gather(key, ((index, *row) for index, row in parts), "table", "row")
+    return _gather(Table.read(results, _chosen))
 
 
 def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -102,15 +138,6 @@ def csv_table(path: Path) -> tuple[int, list[str], Iterator[tuple[int, list[str]
     return line, names, even()
 
 
-def _read_csv(path: Path) -> Results:
-    line, names, rows = csv_table(path)
-    key = _key(names, str(path), line)
-    a, b = names.index(key), names.index(VOLUME)
-    c = names.index(TEXT) if TEXT in names else None
-    parts = ((number, row[a], row[b], None if c is None else row[c]) for number, row in rows)
-    return _gather(key, parts, str(path), "line")
-
-
 def _rows(text: str, path: Path) -> Iterator[tuple[int, list[str]]]:
     """(line, cells) of every line that holds something; the header says which delimiter it is."""
     lines = text.splitlines(keepends=True)
@@ -125,9 +152,8 @@ def _rows(text: str, path: Path) -> Iterator[tuple[int, list[str]]]:
         raise InputError(f"not a CSV table: {exc}", file=str(path), line=reader.line_num) from exc
 
 
-def _key(names: Iterable[str], source: str, line: int) -> str:
-    """The key column of a table that has what is needed."""
-    known = list(names)
+def _chosen(known: Sequence[str], source: str, line: int | None) -> list[str]:
+    """Key column, volumes, and texts where there are some, of a table that has what is needed."""
     if not known:
         raise InputError("no table in it", file=source, line=line, remedy=WANTED)
     key = next((name for name in KEYS if name in known), None)
@@ -136,8 +162,7 @@ def _key(names: Iterable[str], source: str, line: int) -> str:
             shown = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
             raise InputError(f"no column {name} among {shown}", file=source, line=line, remedy=WANTED)
     assert key is not None
-    refuse_twice(known, (key, VOLUME), source, line)
-    return key
+    return [key, VOLUME, *([TEXT] if TEXT in known else [])]
 
 
 def refuse_twice(names: Sequence[str], needed: Iterable[str], source: str, line: int | None) -> None:
@@ -147,15 +172,15 @@ def refuse_twice(names: Sequence[str], needed: Iterable[str], source: str, line:
         raise InputError(f"column {twice} twice", file=source, line=line, remedy="rename one of them")
 
 
-def _gather(key: str, rows: Iterable[tuple[int, Any, Any, Any]], source: str, unit: str) -> Results:
-    """Check and sum; `rows` are (place, key, volume, text)."""
+def _gather(table: Table) -> Results:
+    """Check and sum."""
+    key, *_ = table.columns
     parts: dict[int, list[float]] = {}
     texts: dict[int, tuple[dict[str, Any], str]] = {}
-    count = 0
-    for place, name, value, text in rows:
-        where: dict[str, Any] = (
-            {"file": source, "line": place} if unit == "line" else {"file": f"{source} row {place}"}
-        )
+    columns = (table.columns.get(name, repeat(None)) for name in (key, VOLUME, TEXT))
+    count = len(table.columns[key])
+    for row, (name, value, text) in enumerate(zip(*columns, strict=False)):
+        where = table.where(row)
         number, volume = whole(name, key, where), finite(value)
         if volume is None:
             raise InputError(
@@ -172,11 +197,10 @@ def _gather(key: str, rows: Iterable[tuple[int, Any, Any, Any]], source: str, un
         parts.setdefault(number, []).append(volume)
         if isinstance(text, str) and text.strip():
             texts.setdefault(number, (where, text))
-        count += 1
     if not count:
-        raise InputError("a header and no results", file=source, remedy="one row per block or line")
+        raise InputError("a header and no results", file=table.source, remedy="one row per block or line")
     volumes = {number: math.fsum(values) for number, values in parts.items()}
-    return Results(key, volumes, count, source, texts)
+    return Results(key, volumes, count, table.source, texts)
 
 
 def finite(value: Any) -> float | None:
