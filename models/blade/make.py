@@ -1,6 +1,6 @@
 """Writes blade.csv and stock.stl: one side of a twisted blade, finished in five axes by a bull nose that leans forward.
 
-See `vmachining.job.modelfiles` for how to call it.
+See `benchmarks.modelfiles` for how to call it.
 
 The stock is the faceted blade, raised by the allowance: the volume between them is the area in plan times the
 allowance, exactly. The finished part lies between the design less the chord tolerance and the design with scallops and what
@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from benchmarks.modelfiles import finishing_bounds, write_model
 from vmachining.arrays import Floats
-from vmachining.job.modelfiles import finishing_bounds, write_model
 from vmachining.toolpath.clpath import CLPath, pose_table
 from vmachining.toolpath.facets import FacetMesh, Surface, five_axis_raster, height_field
 

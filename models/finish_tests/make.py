@@ -1,6 +1,6 @@
 """Writes pass.csv and stock.stl: a sculptured surface finished by one pass in five axes; and the seven published finish tests.
 
-See `vmachining.job.modelfiles` for how to call it; `make.py --table` takes 20 s.
+See `benchmarks.modelfiles` for how to call it; `make.py --table` takes 20 s.
 
 Cutters, lead, speed and feed are those of the published tests of the analytic method for finishing (chapter 6: flat D20 and
 D12, bull nose D20 r5, lead 10 and 15 degrees, 5000 rev/min, 0.3 mm a tooth, 40 contact points). Their parts were not
@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from benchmarks.modelfiles import write_model
 from vmachining.arrays import Floats
 from vmachining.engagement import chip, frames
 from vmachining.engagement.analytic import (
@@ -31,7 +32,6 @@ from vmachining.engagement.analytic import (
     station_ends,
 )
 from vmachining.errors import InputError
-from vmachining.job.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, Mark, pose_table
 from vmachining.toolpath.facets import FacetMesh
 

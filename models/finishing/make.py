@@ -1,6 +1,6 @@
 """Writes finishing.nc and stock.stl: a sculptured surface with an allowance, finished by a ball in parallel passes.
 
-See `vmachining.job.modelfiles` for how to call it.
+See `benchmarks.modelfiles` for how to call it.
 
 The stock is the faceted design, raised by the allowance: the volume between them is the area in plan times the
 allowance, exactly. The finished part lies between the design less the chord tolerance and the design with scallops and what
@@ -13,8 +13,8 @@ from math import cos, sin
 
 import numpy as np
 
+from benchmarks.modelfiles import finishing_bounds, write_model
 from vmachining.arrays import Floats
-from vmachining.job.modelfiles import finishing_bounds, write_model
 from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import FacetMesh, Surface, height_field, raster
 

@@ -2,7 +2,7 @@
 
 from make import BOTTOM, LONG, WIDE, height  # beside this file
 
-from vmachining.job.modelfiles import part_below, write_part
+from benchmarks.modelfiles import part_below, write_part
 
 part = part_below(height, (0.0, WIDE), (0.0, LONG), bottom=BOTTOM, cells=(40, 28))
 

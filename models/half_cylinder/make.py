@@ -24,7 +24,7 @@ from math import asin, cos, pi, sin, sqrt, tan
 from pathlib import Path
 from typing import NamedTuple
 
-from vmachining.job.modelfiles import word
+from benchmarks.modelfiles import word
 
 DESIGN = 50.0  # mm, radius of the half cylinder
 LENGTH = 100.0  # mm along X

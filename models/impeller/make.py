@@ -1,6 +1,6 @@
 """Writes impeller.csv and stock.stl: the channel between two blades of an impeller, finished in five axes by a ball.
 
-See `vmachining.job.modelfiles` for how to call it. The channel bends, rises and has walls of 61 degrees.
+See `benchmarks.modelfiles` for how to call it. The channel bends, rises and has walls of 61 degrees.
 """
 
 from __future__ import annotations
@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import dblquad
 
+from benchmarks.modelfiles import write_model
 from vmachining.arrays import Floats
-from vmachining.job.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, pose_table
 from vmachining.toolpath.facets import FacetMesh, Surface, five_axis_raster, height_field
 

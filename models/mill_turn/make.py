@@ -1,6 +1,6 @@
 """Writes mill_turn.nc: a bar on a C axis under a swivelling B head: hexagon, cross holes, cam groove, bore.
 
-See `vmachining.job.modelfiles` for how to call it. Rotary words without tool centre point control: X is the radial place of the
+See `benchmarks.modelfiles` for how to call it. Rotary words without tool centre point control: X is the radial place of the
 tip at B90, Z the axial one, C turns the bar.
 """
 
@@ -10,7 +10,7 @@ from math import acos, pi, sqrt
 
 from scipy.integrate import quad
 
-from vmachining.job.modelfiles import write_model
+from benchmarks.modelfiles import write_model
 
 RADIUS, LENGTH = 20.0, 45.0  # mm, of the bar
 FACE = 1.0  # mm that facing takes

@@ -3,7 +3,7 @@
 from build123d import Align, Box, Cylinder, Pos, Rot
 from make import BORE, BORE_DEEP, FACE, FLAT, FLAT_TOP, FLAT_WIDE, HOLE, HOLE_BOTTOM, HOLE_Z, LENGTH, RADIUS
 
-from vmachining.job.modelfiles import write_part
+from benchmarks.modelfiles import write_part
 
 LOW, HIGH = (Align.CENTER, Align.CENTER, Align.MIN), (Align.CENTER, Align.CENTER, Align.MAX)
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from math import ceil, cos, pi, prod, sin, sqrt
 
-from vmachining.job.modelfiles import number, write_model
+from benchmarks.modelfiles import number, write_model
 
 DEPTH, HALF = 12.0, 25.0  # mm, D and a
 BALL, FLAT = 4.0, 4.0  # mm, radii of the finishing and of the roughing cutter

@@ -3,8 +3,8 @@
 import numpy as np
 from make import DEPTH, HALF, STOCK, WAVE  # beside this file
 
+from benchmarks.modelfiles import part_below, write_part
 from vmachining.arrays import Floats
-from vmachining.job.modelfiles import part_below, write_part
 
 
 def height(x: Floats, y: Floats) -> Floats:

@@ -1,6 +1,6 @@
 """Writes mould_cover.nc: the cover of part.step roughed by a ball in parallel passes that the drop cutter found.
 
-See `vmachining.job.modelfiles` for how to call it.
+See `benchmarks.modelfiles` for how to call it.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import radians, sqrt, tan
 from pathlib import Path
 
-from vmachining.job.modelfiles import write_model
+from benchmarks.modelfiles import write_model
 from vmachining.job.part import read_part
 from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import Surface, raster

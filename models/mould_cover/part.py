@@ -2,7 +2,7 @@
 
 from build123d import BuildPart, BuildSketch, GridLocations, Mode, Plane, Rectangle, extrude
 
-from vmachining.job.modelfiles import write_part
+from benchmarks.modelfiles import write_part
 
 LENGTH, WIDTH, HEIGHT, RIM, FLAT, DRAFT_DEG = 100.0, 95.5, 34.0, 2.0, 1.0, 5.0
 SLOT, SLOT_LENGTH, SLOT_DEPTH = 1.5, 20.0, 0.8

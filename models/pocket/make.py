@@ -16,7 +16,7 @@ from __future__ import annotations
 from math import pi, prod
 from typing import NamedTuple
 
-from vmachining.job.modelfiles import word, write_model
+from benchmarks.modelfiles import word, write_model
 
 RADIUS, CORNER = 6.0, 3.0  # mm, of the cutter
 STEP = 4.0  # mm between neighbouring passes

@@ -3,7 +3,7 @@
 from build123d import Align, Axis, Box, RectangleRounded, extrude, fillet
 from make import CORNER, LEVELS, LOOPS, RADIUS, ROUND, STOCK  # beside this file
 
-from vmachining.job.modelfiles import write_part
+from benchmarks.modelfiles import write_part
 
 long, wide = (side + 2 * RADIUS for side in LOOPS[-1])
 room = extrude(RectangleRounded(long, wide, ROUND + RADIUS), amount=LEVELS[-1])

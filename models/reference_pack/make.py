@@ -10,7 +10,7 @@ from collections.abc import Callable
 from math import cos, pi, radians, sin, sqrt, tan
 from pathlib import Path
 
-from vmachining.job import modelfiles
+from benchmarks import modelfiles
 
 HERE = Path(__file__).parent
 HOME = (0.0, 0.0, 60.0)

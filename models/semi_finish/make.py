@@ -1,6 +1,6 @@
 """Writes bull.csv, flat.csv and stock.stl: stairs that roughing left over a wave, semi-finished by a pass in five axes.
 
-See `vmachining.job.modelfiles` for how to call it; `make.py --table` takes 10 s.
+See `benchmarks.modelfiles` for how to call it; `make.py --table` takes 10 s.
 
 The conditions are those of the published test of the analytic method (lead 10, tilt 5 degrees, two teeth, D20, 5000 rev/min,
 0.3 mm a tooth, 47 contact points, 5.26 s); its part was not published, this one is ours.
@@ -16,10 +16,10 @@ import numpy as np
 from manifold3d import CrossSection
 from scipy.optimize import brentq
 
+from benchmarks.modelfiles import write_model
 from vmachining.arrays import Floats
 from vmachining.engagement import frames
 from vmachining.engagement.analytic import Corner, HeightStock, Pass, Records, engaged
-from vmachining.job.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, Mark, pose_table
 from vmachining.toolpath.facets import FacetMesh
 

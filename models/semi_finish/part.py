@@ -2,7 +2,7 @@
 
 from make import BOTTOM, HALF, LONG, height  # beside this file
 
-from vmachining.job.modelfiles import part_below, write_part
+from benchmarks.modelfiles import part_below, write_part
 
 part = part_below(lambda x, y: height(x) + 0.0 * y, (0.0, LONG), (-HALF, HALF), bottom=BOTTOM, cells=(66, 6))
 

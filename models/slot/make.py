@@ -16,7 +16,7 @@ from __future__ import annotations
 from math import acos, asin, cos, pi, prod, radians, sin, sqrt
 from typing import NamedTuple
 
-from vmachining.job.modelfiles import word, write_model
+from benchmarks.modelfiles import word, write_model
 
 RADIUS = 5.0  # mm
 FEED = 96.0  # mm/min, constant

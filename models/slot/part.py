@@ -11,9 +11,9 @@ from math import atan2, degrees, hypot, pi
 from build123d import Align, Box, Cylinder, Edge, Face, Part, Pos, Solid
 from make import FAR, NEAR, PARK, RADIUS, STOCK, TURN, path  # beside this file
 
+from benchmarks.modelfiles import write_part
 from vmachining.engines.brep import solids
 from vmachining.geometry import Arc
-from vmachining.job.modelfiles import write_part
 from vmachining.sweep import Sweep
 from vmachining.tool import FlatEnd
 

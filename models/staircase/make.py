@@ -14,7 +14,7 @@ from math import asin, ceil, floor, sqrt
 
 import numpy as np
 
-from vmachining.job.modelfiles import write_model
+from benchmarks.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import Surface, height_field, raster
 

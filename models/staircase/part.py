@@ -3,7 +3,7 @@
 from build123d import Align, Box, Cylinder, Pos, Rot
 from make import CYLINDER, HALF, LONG, LOW  # beside this file
 
-from vmachining.job.modelfiles import write_part
+from benchmarks.modelfiles import write_part
 
 bar = Pos(0, 0, LOW) * Box(LONG, 2 * HALF, -LOW, align=(Align.MIN, Align.CENTER, Align.MIN))
 part = bar & Pos(0, 0, -CYLINDER) * Rot(0, 90, 0) * Cylinder(

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from math import pi, prod, sqrt
 
-from vmachining.job.modelfiles import write_model
+from benchmarks.modelfiles import write_model
 from vmachining.toolpath import Triangle, advice
 from vmachining.toolpath.program import level_program
 

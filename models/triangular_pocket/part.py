@@ -3,7 +3,7 @@
 from build123d import Box, Face, Kind, Pos, Wire, extrude, offset
 from make import DEPTH, HIGH, LOW, RADIUS, SIDES  # beside this file
 
-from vmachining.job.modelfiles import write_part
+from benchmarks.modelfiles import write_part
 from vmachining.toolpath import Triangle
 
 centres = Triangle.of(*SIDES, RADIUS).corners.tolist()  # where the cutter's axis may be
