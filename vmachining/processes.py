@@ -15,11 +15,12 @@ ignored: polars, once it is loaded, raises KeyboardInterrupt in its queries wher
 
 
 def start(
-    module: str, function: str, environment: Mapping[str, str] | None = None
+    module: str, function: str, environment: Mapping[str, str] | None = None, *, apart: bool = False
 ) -> tuple[subprocess.Popen[bytes], Connection]:
     """A process that calls a function with the descriptor of its end of a connection, and the other end.
 
     The function is found by name, so that nothing of this process is copied. SIGINT is blocked there.
+    apart : what is said to our group is for us alone, and what it prints is for nobody.
 
     Raises OSError: It cannot be started.
     """
@@ -33,6 +34,9 @@ def start(
                     f"{QUIET}; from {module} import {function}; {function}({there.fileno()})",
                 ],
                 pass_fds=[there.fileno()],
+                start_new_session=apart,
+                stdout=subprocess.DEVNULL if apart else None,
+                stderr=subprocess.DEVNULL if apart else None,
                 env={
                     **os.environ, **(environment or {}), "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
                 },

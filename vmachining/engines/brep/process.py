@@ -1,6 +1,6 @@
 """A process of our own that runs OCCT: it may crash or hang without harm.
 
-Every worker is its own interpreter, asked over pipes by pickles. It ignores Ctrl-C and a polite end, which are for the
+Every worker is its own interpreter, asked over a connection. It ignores Ctrl-C and a polite end, which are for the
 process that drives it to decide about, and ends with it.
 """
 
@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import ctypes
 import os
-import pickle
-import queue
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
@@ -21,6 +18,7 @@ from time import monotonic
 from typing import Any, TypeVar
 
 from vmachining.errors import EngineError, SweepError
+from vmachining.processes import start
 
 T = TypeVar("T")
 
@@ -29,8 +27,6 @@ PATIENCE = 8.0
 
 START_SECONDS = 300.0
 """An interpreter that loads OCCT and compiles kernels on a busy machine."""
-
-WORKER = "vmachining.engines.brep.worker"
 
 PR_SET_PDEATHSIG = 1
 """Of <sys/prctl.h>: the signal that a process gets when the thread that made it ends."""
@@ -86,7 +82,7 @@ END = object()
 
 
 class WorkerProcess:
-    """One process with its pipes.
+    """One process with its connection.
 
     make, arguments : what `make(*arguments)` returns there is called with every question, and gives an iterator of answers.
     seconds : of a processor for that, beside those of a start.
@@ -96,18 +92,9 @@ class WorkerProcess:
     """
 
     def __init__(self, make: Callable[..., Any], *arguments: Any, seconds: float = 0.0) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", WORKER],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,  # what is said to our group is for us alone
-        )
-        self._answers: queue.SimpleQueue[tuple[bool, Any]] = queue.SimpleQueue()
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
+        self._process, self._line = start("vmachining.engines.brep.worker", "serve", apart=True)
         self.begun = self.watch()
-        # a pipe is short: what does not read its greeting would keep us writing for ever
+        # a line is short: what does not read its greeting would keep us writing for ever
         late = threading.Timer(START_SECONDS, self._process.kill)
         late.start()
         try:
@@ -138,10 +125,8 @@ class WorkerProcess:
 
     def send(self, *question: Any) -> None:
         """Ask; answers are to be received. Raises `WorkerLost` if nobody reads."""
-        assert self._process.stdin is not None
         try:
-            self._process.stdin.write(pickle.dumps(question))
-            self._process.stdin.flush()
+            self._line.send(question)
         except OSError as exc:
             raise WorkerLost(self._end()) from exc
 
@@ -152,55 +137,34 @@ class WorkerProcess:
         Raises SweepError, EngineError: What was raised there instead of an answer.
         """
         watch = self.watch()
-        while True:
-            left = seconds - watch.used()
-            try:
-                good, answer = self._answers.get(timeout=min(max(left, 0.0), 1.0))
-            except queue.Empty:
+        try:
+            while not self._line.poll(min(max(left := seconds - watch.used(), 0.0), 1.0)):
                 if left <= 0.0:
-                    raise Late(f"no answer within {max(seconds, 0.0):.3g} s of a processor") from None
-                continue
-            if not good:
-                raise WorkerLost(self._end())
-            kind, what, *block = answer
-            if kind in ("value", "end"):
-                return what if kind == "value" else END
-            raise (
-                SweepError(what) if kind == "SweepError" else EngineError(what, engine="brep", block=block[0])
-            )
+                    raise Late(f"no answer within {max(seconds, 0.0):.3g} s of a processor")
+            kind, what, *block = self._line.recv()
+        except WorkerLost:
+            raise
+        except Exception as exc:  # the end of the line, or bytes that are not an answer
+            raise WorkerLost(self._end()) from exc
+        if kind in ("value", "end"):
+            return what if kind == "value" else END
+        raise SweepError(what) if kind == "SweepError" else EngineError(what, engine="brep", block=block[0])
 
     def kill(self) -> None:
         """End the process from any thread; whoever waits for it hears that it is gone."""
         self._process.kill()
 
     def close(self) -> None:
-        """End it and its pipes."""
+        """End it and the connection."""
         self._process.kill()
         self._process.wait()
-        self._reader.join(timeout=10.0)
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe is not None:
-                try:
-                    pipe.close()
-                except OSError:  # what was not sent yet has nobody to go to
-                    continue
-
-    def _read(self) -> None:
-        """Carry answers from the pipe, where a buffer would hide them from whoever waits with a limit."""
-        pipe = self._process.stdout
-        assert pipe is not None
-        while True:
-            try:
-                self._answers.put((True, pickle.load(pipe)))
-            except Exception:  # the end of the pipe, or bytes that are not an answer
-                self._answers.put((False, None))
-                return
+        self._line.close()
 
     def _end(self) -> str:
         try:
             code = self._process.wait(timeout=10.0)
         except subprocess.TimeoutExpired:
-            return "its process closed its pipe and continues"
+            return "its process closed its line and continues"
         return (
             f"OCCT ended its process (signal {-code})" if code < 0 else f"its process ended with code {code}"
         )

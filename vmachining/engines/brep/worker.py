@@ -1,36 +1,30 @@
-"""The process that runs OCCT: `python -m vmachining.engines.brep.worker`, driven by `process.py`.
+"""The process that runs OCCT, driven by `process.py`.
 
-Pickled messages over stdin and stdout. First (make, arguments): what `make(*arguments)` returns is called with every question
-after that, and gives an iterator. Each thing it yields is an answer ("value", thing); then follows ("end", None), or the kind
-of an error, its reason and block. ("end", None) greets, too, or why there is nothing to ask.
-
-OCCT talks on stdout, so the answers go through a copy of it and stdout itself becomes stderr.
+First comes (make, arguments): what `make(*arguments)` returns is called with every question after that, and gives an iterator.
+Each thing it yields is an answer ("value", thing); then follows ("end", None), or the kind of an error, its reason and block.
+("end", None) greets, too, or why there is nothing to ask.
 """
 
 from __future__ import annotations
 
-import os
-import pickle
-import sys
 from collections.abc import Callable
+from multiprocessing.connection import Connection
 from typing import Any
 
 from vmachining.engines.brep.process import obey_driver
 from vmachining.errors import EngineError, VMachiningError
 
 
-def main() -> None:
-    """Answer until stdin ends."""
+def serve(descriptor: int) -> None:
+    """Answer until nobody listens."""
     obey_driver()
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
+    line = Connection(descriptor)
     from vmachining.engines.brep.occt.booleans import quiet
 
     quiet()
 
     def say(*answer: object) -> bool:
-        pickle.dump(answer, answers)
-        answers.flush()
+        line.send(answer)
         return answer[0] == "end"
 
     def work(done: Callable[[], Any]) -> bool:
@@ -49,7 +43,7 @@ def main() -> None:
 
     def begin() -> None:
         nonlocal asked
-        make, arguments = pickle.load(sys.stdin.buffer)
+        make, arguments = line.recv()
         asked = make(*arguments)
 
     def answer() -> None:
@@ -60,11 +54,7 @@ def main() -> None:
         return
     while True:
         try:
-            question = pickle.load(sys.stdin.buffer)
-        except EOFError:
+            question = line.recv()
+        except (EOFError, OSError):
             return
         work(answer)
-
-
-if __name__ == "__main__":
-    main()
