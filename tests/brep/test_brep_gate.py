@@ -16,7 +16,16 @@ import pytest
 from benchmarks.brep_chains import bar_of, chain_of
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep
 from vmachining.engines import brep
-from vmachining.engines.brep import Blank, BlockChecker, Status, Verdict, check_blocks, described, isolated
+from vmachining.engines.brep import (
+    Blank,
+    BlockChecker,
+    Status,
+    Verdict,
+    built_sweep,
+    check_blocks,
+    isolated,
+    isolated_steps,
+)
 from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.removal.attempts import ATTEMPTS
 from vmachining.engines.judges import Judge, intersection
@@ -202,7 +211,8 @@ def test_a_stop_drops_what_is_under_way() -> None:
 @pytest.mark.slow  # 5 s
 def test_what_runs_in_a_process_of_its_own_cannot_take_us_with_it() -> None:
     flat = Sweep.along(FLAT, Line((0, 0, 0), (30, 0, 0)))
-    assert isolated(described, flat, seconds=60.0).solids[0].volume == pytest.approx(flat.volume, rel=1e-9)
+    (described,) = isolated_steps(built_sweep, flat, seconds=60.0)
+    assert described.solids[0].volume == pytest.approx(flat.volume, rel=1e-9)
     with pytest.raises(EngineError, match="signal 6"):
         isolated(os.abort, seconds=60.0)
     with pytest.raises(EngineError, match=r"no answer within 0\.1 s"):
