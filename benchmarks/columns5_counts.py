@@ -84,9 +84,8 @@ def stock_of(seed: int) -> Stock:
 def rays(case: Case, stock: Stock = BOX) -> Removal:
     """The interval of exact rays."""
     engine = RayEngine(stock)
-    for sweep in case.earlier:
-        engine.cut(sweep)
-    return engine.cut(case.block)
+    number = [engine.add(sweep) for sweep in (*case.earlier, case.block)][-1]
+    return engine.removed([number], seed=number)
 
 
 def brackets(seed: int) -> dict[str, Removal]:

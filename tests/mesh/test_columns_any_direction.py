@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -17,6 +18,7 @@ from benchmarks.turned_blocks import KINDS, TOOLS, Case, case_of, stairs, tilted
 from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
 from vmachining.engines.dexel import RayEngine
+from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Options, Removal
 from vmachining.engines.relay import ColumnsFirst
 from vmachining.errors import EngineError, StockError
@@ -166,6 +168,30 @@ def rising(seed: int) -> tuple[list[Sweep], Sweep]:
     return earlier, Sweep.along(profile, path)
 
 
+def layered(tool: str, seed: int) -> Case:
+    """Two layers of four passes each, of two blocks, and the first block of a pass beside the second layer, a little lower."""
+    rng, profile = np.random.default_rng(seed), TOOLS[tool]
+    axis, blocks = tilted(np.array([0.0, 0.0, 1.0]), rng, 15.0), list[Sweep]()
+    for layer, passes in enumerate((4, 4, 1)):
+        for y in 0.6 * np.arange(passes) + (0.9 if layer == 2 else 0.0):
+            tips = [np.array([x, y, -1.0 - 0.4 * layer]) for x in (-2.0, 0.0, 2.0)]
+            poses = [Pose(tip, tilted(axis, rng, 0.3)) for tip in tips]
+            blocks += [Sweep.along(profile, Turn.great_circle(a, b)) for a, b in pairwise(poses)]
+    return Case(tool, blocks[:-2], blocks[-2])
+
+
+@pytest.mark.parametrize("tool", ["ball", "bull", "blade"])
+def test_sweeps_of_layers_above_are_hidden_only_where_others_have_taken_all(tool: str) -> None:
+    case = layered(tool, 3)
+    said = [
+        asked(case.earlier, [case.block]),
+        asked(case.earlier, [case.block], way=ways(case)[0]),
+        rays(case),
+    ]
+    assert max(r.lo for r in said) <= min(r.hi for r in said)
+    assert said[0].width <= 0.02 * said[0].estimate
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_block_in_air_has_a_bracket_about_zero_however_narrow_it_is_asked_for(seed: int) -> None:
     """With no width that is enough, cells are divided until rounding alone is left of their sum."""
@@ -258,6 +284,20 @@ def test_the_default_engine_proves_turning_blocks(tmp_path: Path) -> None:
         twice.save(tmp_path / "state.npz")
         twice = ColumnsFirst.load(tmp_path / "state.npz")
     assert once.volume == twice.volume and once.volume.proven
+
+
+def test_a_block_that_stays_wide_is_what_columns_and_the_mesh_engine_both_allow() -> None:
+    """A flat end with a small lead angle: no wider than either alone, and both are named."""
+    case, options = case_of(912), Options(chord=0.05)
+    default, meshed = ColumnsFirst.of(BOX, options), MeshEngine.of(BOX, options)
+    for sweep in case.earlier:
+        default.cut(sweep), meshed.cut(sweep)
+    alone = asked(case.earlier, [case.block], width=options.width)
+    other, found = meshed.cut(case.block), default.cut(case.block)
+    assert found.engine == "columns+mesh" and found.proven and alone.width > 0.1 * alone.estimate
+    assert found.lo == pytest.approx(max(alone.lo, other.lo), abs=1e-9)
+    assert found.hi == pytest.approx(min(alone.hi, other.hi), abs=1e-9)
+    assert found.width <= min(alone.width, other.width) + 2e-9
 
 
 def test_checkpoints_of_versions_before_are_refused_by_name(tmp_path: Path) -> None:

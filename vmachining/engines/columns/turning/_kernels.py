@@ -17,8 +17,9 @@ HIT, TIME, AT, NU, NV, NT, YU, YV, YT, SPEED, PHI = range(11)
 FLAT = 0.15  # least |n.t| of a plane below a surface: steeper ones are laid down to it
 EXACT = 1e-12  # mm, of Newton's entry
 ROUNDED = 1e-10  # mm, of one in closed form
-GAIN = 1e-8  # mm of height up to which a better pose is looked for
+GAIN = 1e-6  # mm of height up to which a better pose is looked for: as much of the width of a bracket of 0.1 mm is 1e-5
 STEPS = 100
+NOWHERE = -1e6  # a height, where none is known
 LESS_RANGE = 0.02  # of the time of a block: shorter rests of ranges are not looked at
 HALF = np.int64(2)
 
@@ -115,16 +116,30 @@ def _closed(rows, i, P, x, y, low):
 @leaf
 def enter(rows, i, P, u, v, B):
     """Witness of the line over (u, v) in a pose. Newton on a convex function from outside: it never passes the entry."""
+    return _enter(rows, i, P, u, v, NOWHERE, B)
+
+
+@leaf
+def _enter(rows, i, P, u, v, guess, B):
+    """The same, from a height near the entry if one is known: where that lies inside, a first step leads outside."""
     x, y = u - P[0], v - P[1]
     low, top = support(rows, i, -P[5])
     low = -max(low, top) - 1e-3
     a, b = support(rows, i, P[5])
     high = max(a, b) + 1e-3
-    w, last, hit = _closed(rows, i, P, x, y, low), low, False
-    far, n0, n1, n2 = _look(rows, i, P, x, y, w)
-    if far < -ROUNDED:
-        w = low
+    w, last, hit, known = guess - P[2], low, False, False
+    if guess > NOWHERE and rows[i, A] > 0.0 and rows[i, R] > 0.0:  # others are entered in closed form
         far, n0, n1, n2 = _look(rows, i, P, x, y, w)
+        if far < 0.0 and n2 < -1e-3:
+            w -= far / n2
+            far, n0, n1, n2 = _look(rows, i, P, x, y, w)
+        known = n2 < 0.0 and far >= -EXACT
+    if not known:
+        w = _closed(rows, i, P, x, y, low)
+        far, n0, n1, n2 = _look(rows, i, P, x, y, w)
+        if far < -ROUNDED:
+            w = low
+            far, n0, n1, n2 = _look(rows, i, P, x, y, w)
     for _ in range(STEPS):
         if far <= EXACT:
             hit = True
@@ -161,9 +176,9 @@ def enter(rows, i, P, u, v, B):
 
 
 @leaf
-def _at(rows, waves, i, s, u, v, P, B):
+def _at(rows, waves, i, s, u, v, guess, P, B):
     state(rows, waves, i, s, P)
-    enter(rows, i, P, u, v, B)
+    _enter(rows, i, P, u, v, guess, B)
     B[TIME] = s
 
 
@@ -178,11 +193,11 @@ def _better(a_hit, a_at, a_phi, b_hit, b_at, b_phi):
 def best(rows, waves, i, u, v, lo, hi, P, B):
     """Witness of the pose between lo and hi that a line enters first, as far as it is found: no proof needs the best."""
     if rows[i, OMEGA] == 0.0 and rows[i, ACC] == 0.0 and hi == lo:
-        _at(rows, waves, i, lo, u, v, P, B)
+        _at(rows, waves, i, lo, u, v, NOWHERE, P, B)
         return
-    _at(rows, waves, i, lo, u, v, P, B)
+    _at(rows, waves, i, lo, u, v, NOWHERE, P, B)
     wa, hit, at, phi, s = B[SPEED], B[HIT], B[AT], B[PHI], lo
-    _at(rows, waves, i, hi, u, v, P, B)
+    _at(rows, waves, i, hi, u, v, B[AT] if B[HIT] > 0.0 else NOWHERE, P, B)
     wb = B[SPEED]
     if _better(B[HIT], B[AT], B[PHI], hit, at, phi):
         hit, at, phi, s = B[HIT], B[AT], B[PHI], hi
@@ -193,7 +208,7 @@ def best(rows, waves, i, u, v, lo, hi, P, B):
             m = (a * wb - b * wa) / (wb - wa) if wb != wa else 0.5 * (a + b)
             if not a < m < b:
                 m = 0.5 * (a + b)
-            _at(rows, waves, i, m, u, v, P, B)
+            _at(rows, waves, i, m, u, v, at if hit > 0.0 else NOWHERE, P, B)
             w = B[SPEED]
             if _better(B[HIT], B[AT], B[PHI], hit, at, phi):
                 hit, at, phi, s = B[HIT], B[AT], B[PHI], m
@@ -210,7 +225,7 @@ def best(rows, waves, i, u, v, lo, hi, P, B):
                     wa *= 0.5
                 side = -1
     if B[TIME] != s:
-        _at(rows, waves, i, s, u, v, P, B)
+        _at(rows, waves, i, s, u, v, at if hit > 0.0 else NOWHERE, P, B)
 
 
 @inner

@@ -39,7 +39,7 @@ class Rows(NamedTuple):
     limits : (n, 3) bounds of the turning rate, of the acceleration of the tip, of rate^2 and acceleration of the axis.
     ends : (n, 2, 6) tip and axis of the first and the last pose.
     plain : (n,) 1 where both ends say the whole motion: straight tip, great circle.
-    waves : (m, 19) see sweep/rotating/pose/_kernels.py; of : (m,) the row that each belongs to.
+    waves : (m, 19) see sweep/rotating/pose/_kernels.py; of : (m,) the row that each belongs to, rising.
     """
 
     cutter: Floats
@@ -66,19 +66,23 @@ class Rows(NamedTuple):
         first, many = np.cumsum(counts) - counts, counts[which]
         of = np.repeat(np.arange(len(which)), many)
         inside = np.arange(len(of)) - np.repeat(np.cumsum(many) - many, many)
-        chosen = self.waves[np.argsort(self.of, kind="stable")[first[which][of] + inside]]
+        chosen = self.waves[first[which][of] + inside]
         return Rows(self.cutter[which], self.limits[which], self.ends[which], self.plain[which], chosen, of)
 
     def reach(self, directions: Floats) -> Floats:
-        """(n, k) mm: no point of a sweep lies farther along a unit direction (k, 3) (step 1; L3 for whole bodies)."""
+        """(n, 2 k) mm: no point of a sweep lies farther along unit directions (k, 3), and against them (L3 for whole bodies)."""
         c = self.cutter
         cos = self.ends[:, :, 3:] @ directions.T
         sin = np.sqrt(np.maximum(1.0 - cos**2, 0.0))
         a, z, r, top, height = (c[:, k, None, None] for k in (0, 1, 2, 5, 6))
-        body = np.maximum(a * sin + z * cos + r, top * sin + height * cos)
+        ring, rim, low, high = a * sin + r, top * sin, z * cos, height * cos
+        body = np.concatenate(
+            [np.maximum(ring + low, rim + high), np.maximum(ring - low, rim - high)], axis=2
+        )
         far = np.abs(c[:, [1, 2, 5, 6]]).sum(axis=1) + c[:, 0]
         bow = 0.125 * (self.limits[:, 1] + self.limits[:, 2] * far)
-        out: Floats = (self.ends[:, :, :3] @ directions.T + body).max(axis=1) + bow[:, None]
+        tips = self.ends[:, :, :3] @ directions.T
+        out: Floats = (np.concatenate([tips, -tips], axis=2) + body).max(axis=1) + bow[:, None]
         return out
 
     def with_pose(self, k: int, end: int) -> Bools:
@@ -98,14 +102,13 @@ class Rows(NamedTuple):
     def seen_from(self, frame: Floats, origin: Floats) -> tuple[Floats, Floats]:
         """Rows (2 n, 12) and waves of the kernels in a frame (3, 3) with rows u, v, t about an origin, each also mirrored."""
         n, m = len(self), len(self.waves)
-        order = np.argsort(self.of, kind="stable")
         counts = np.bincount(self.of, minlength=n)
         rows, waves = np.zeros((n, 2, 12)), np.zeros((2, m + n, 19))
-        place = np.arange(m) + self.of[order]  # behind the waves of each row one that takes the origin away
+        place = np.arange(m) + self.of  # behind the waves of each row one that takes the origin away
         last = np.cumsum(counts + 1) - 1
         for side, way in enumerate((frame, frame * np.array([[1.0], [1.0], [-1.0]]))):
-            waves[side, place, 0] = self.waves[order, 0]
-            waves[side, place, 1:] = (self.waves[order, 1:].reshape(m, 6, 3) @ way.T).reshape(m, 18)
+            waves[side, place, 0] = self.waves[:, 0]
+            waves[side, place, 1:] = (self.waves[:, 1:].reshape(m, 6, 3) @ way.T).reshape(m, 18)
             waves[side, last, 1:4] = -way @ origin
             rows[:, side, :7], rows[:, side, 7:10] = self.cutter, self.limits
             rows[:, side, 10], rows[:, side, 11] = last - counts + side * (m + n), counts + 1

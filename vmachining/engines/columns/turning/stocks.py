@@ -55,11 +55,11 @@ class Solid(NamedTuple):
 
     def roof(self, frame: Floats, origin: Floats, root: Floats) -> Roof:
         """The top over first cells `root` in a frame with rows u, v, t along which it stands, in one tile."""
-        p, n = (self.top - origin) @ frame.T, self.normals @ frame.T
-        low, high = p[:, :, :2].min(axis=1), p[:, :, :2].max(axis=1)
-        end = root[:2] + 2.0 * root[2] * root[3:5]
-        near = (n[:, 2] > UPRIGHT) & (low <= end).all(axis=1) & (high >= root[:2]).all(axis=1)
-        p, n = p[near], n[near]
+        near, end = self.normals @ frame[2] > UPRIGHT, root[:2] + 2.0 * root[2] * root[3:5]
+        for way, first, last in zip(frame[:2], root[:2], end, strict=True):
+            a, b, c = (self.top @ way - origin @ way).T
+            near &= (np.minimum(np.minimum(a, b), c) <= last) & (np.maximum(np.maximum(a, b), c) >= first)
+        p, n = (self.top[near] - origin) @ frame.T, self.normals[near] @ frame.T
         plane = np.column_stack(
             [p[:, 0], -n[:, :2] / n[:, 2:], p[:, :, 2].min(axis=1), p[:, :, 2].max(axis=1)]
         )

@@ -66,19 +66,15 @@ def material(sweep: Sweep, earlier: Sequence[Sweep], stock: Stock, where: Floats
     once they meet no other one is asked.
     """
     count = len(where)
-    own, raw = _crossed(sweep, where, np.arange(count)), _in_stock(stock, where)
-    lo, hi = np.full(count, np.inf), np.full(count, -np.inf)
-    low, high = lo.copy(), hi.copy()
-    for part, bottom, top in ((own, lo, hi), (raw, low, high)):
-        np.minimum.at(bottom, part.ray, part.enter)
-        np.maximum.at(top, part.ray, part.leave)
-    lo, hi = np.maximum(lo, low), np.minimum(hi, high)
-    parts = [own, raw]
+    parts = [_in_stock(stock, where)]
+    lo, hi = _ends(parts[0], count)
+    parts.insert(0, _crossed(sweep, where, np.flatnonzero(lo < hi), lo, hi))
+    lo, hi = _ends(parts[0], count)
     for body in earlier:
         box = body.bounds
         asked = (lo < hi) & (lo < box[1, 2]) & (hi > box[0, 2])
         asked &= ((where > box[0, :2]) & (where < box[1, :2])).all(axis=1)
-        parts.append(_crossed(body, where, np.flatnonzero(asked)))
+        parts.append(_crossed(body, where, np.flatnonzero(asked), lo, hi))
         ray, enter, leave = parts[-1]
         under, over = enter <= lo[ray], leave >= hi[ray]
         np.maximum.at(lo, ray[under], leave[under])
@@ -94,9 +90,18 @@ class _Parts(NamedTuple):
     leave: Floats
 
 
-def _crossed(body: Sweep, where: Floats, which: Ints) -> _Parts:
+def _ends(part: _Parts, count: int) -> tuple[Floats, Floats]:
+    """(count,) mm, from where to where rays are in a body at most; inf and -inf where they miss it."""
+    lo, hi = np.full(count, np.inf), np.full(count, -np.inf)
+    np.minimum.at(lo, part.ray, part.enter)
+    np.maximum.at(hi, part.ray, part.leave)
+    return lo, hi
+
+
+def _crossed(body: Sweep, where: Floats, which: Ints, lo: Floats, hi: Floats) -> _Parts:
+    """What rays (n,) have between lo and hi, asked there alone: what lies beyond need not be proved of a tool that turns."""
     origins = np.column_stack([where[which], np.zeros(len(which))])
-    inside = body.ray_intervals(origins, UP)
+    inside = body.ray_intervals(origins, UP, between=np.column_stack([lo[which], hi[which]]))
     return _Parts(np.repeat(which, inside.counts), inside.enter, inside.leave)
 
 

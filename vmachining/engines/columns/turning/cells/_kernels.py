@@ -15,6 +15,7 @@ from vmachining.engines.columns.roof._kernels import OUTSIDE, Roof, over_cell
 from vmachining.engines.columns.turning._kernels import (
     HIT,
     LESS_RANGE,
+    NOWHERE,
     PHI,
     TIME,
     best,
@@ -41,7 +42,6 @@ from vmachining.engines.columns.turning.triangles._kernels import (
 from vmachining.jit import kernel, leaf
 
 LOW = np.int64(3)  # column of a cell's lower end; the upper one stands beside it
-NOWHERE = -1e6  # height of a plane below all, where none is known
 TRIES = 2
 SURE = 1e-3  # relative width of what smooth surfaces say up to which triangles are not asked
 LEVELS = 1 << 18  # divisions of half a first cell that tell nodes apart
@@ -142,17 +142,18 @@ def _look(rows, waves, j, room, q, rng, e, u, v, h, t0, t1, slack, rules):
 
 @leaf
 def _apart(reach, j, u, v, h, t0, t1):
-    """Height at the middle below which a sweep has no point, by tangent planes of 13 pairs; inf: it has none over the cell
-    between t0 and t1."""
-    least, t, ht = -np.inf, 0.5 * (t0 + t1), 0.5 * (t1 - t0)
+    """Heights at the middle, and all over the cell, below which a sweep has no point, by tangent planes of 13 pairs; inf: it has
+    none over the cell between t0 and t1."""
+    least, floor, t, ht = -np.inf, -np.inf, 0.5 * (t0 + t1), 0.5 * (t1 - t0)
     for d in range(len(WAYS)):
         x, y, z = WAYS[d, 0], WAYS[d, 1], WAYS[d, 2]
         at, more = x * u + y * v, (abs(x) + abs(y)) * h + abs(z) * ht
         if at + z * t - more > reach[j, d] or -at - z * t - more > reach[j, d + len(WAYS)]:
-            return np.inf
+            return np.inf, np.inf
         if z > 0.0:
-            least = max(least, (-at - reach[j, d + len(WAYS)]) / z)
-    return least
+            f = (-at - reach[j, d + len(WAYS)]) / z
+            least, floor = max(least, f), max(floor, f - (abs(x) + abs(y)) * h / z)
+    return least, floor
 
 
 @leaf
@@ -212,6 +213,18 @@ def _covered(room, q, side, rows, waves, j, rng, e, u, v, h, t0, t1, slack, rule
 
 
 @leaf
+def _begins(room, q, t1):
+    """Height above which everything up to t1 is in the cover of slot q, over the whole cell; inf: it has no such cover."""
+    top = -np.inf
+    for k in range(5):
+        c = room.C[q, 0, k]
+        if c[0] == 0.0 or c[2] < t1:
+            return np.inf
+        top = max(top, c[1])
+    return top
+
+
+@leaf
 def _hides(room, a, b, h, t0, t1):
     """Whether what sweep b may have over the cell between t0 and t1 lies in sweep a for sure."""
     one = True  # both covers of a overlap, and that of the upper ends reaches higher
@@ -247,7 +260,8 @@ def keep(ids, rng, src, dst):
 
 
 class Lists(NamedTuple):
-    """ids and rng of all lists, reach (n, 26): see above. at (2,): middle of the cell that kept a list. queue, keys: an order."""
+    """ids and rng of all lists, reach (n, 26): see above. at (2,): middle of the cell that kept a list. queue, keys: an order;
+    floors: heights below which none of an entry lies."""
 
     ids: NDArray[np.int64]
     rng: NDArray[np.float64]
@@ -255,6 +269,7 @@ class Lists(NamedTuple):
     at: NDArray[np.float64]
     queue: NDArray[np.int64]
     keys: NDArray[np.float64]
+    floors: NDArray[np.float64]
 
 
 @leaf
@@ -264,7 +279,7 @@ def bounds(rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, s
     heights: (3,) between which all of it lies, and whether a shared pose raised the lower one; narrowed into out (3,).
     starts: (2,) whether the first and the last pose of k are those of another sweep.
     """
-    ids, rng, queue, keys = lists.ids, lists.rng, lists.queue, lists.keys
+    ids, rng, queue, keys, floors = lists.ids, lists.rng, lists.queue, lists.keys, lists.floors
     t0, t1, raised = heights[0], heights[1], heights[2]
     for f in range(len(F)):
         c, more = F[f, 3] - F[f, 0] * u - F[f, 1] * v, (abs(F[f, 0]) + abs(F[f, 1])) * h
@@ -303,16 +318,13 @@ def bounds(rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, s
     # those that may have points here, by planes of the cell that this one is a part of
     some, x, y = ZERO, u - lists.at[0], v - lists.at[1]
     for e in range(src + 1, src + count):
-        key = _apart(lists.reach, ids[e], u, v, h, t0, t1)
+        key, floor = _apart(lists.reach, ids[e], u, v, h, t0, t1)
         f = rng[e, 4] + rng[e, 5] * x + rng[e, 6] * y
         g = rng[e, 7] + rng[e, 8] * x + rng[e, 9] * y
-        if (
-            key == np.inf
-            or f - (abs(rng[e, 5]) + abs(rng[e, 6])) * h >= t1
-            or (abs(rng[e, 8]) + abs(rng[e, 9])) * h - g <= t0
-        ):
+        floor = max(floor, f - (abs(rng[e, 5]) + abs(rng[e, 6])) * h)
+        if key == np.inf or floor >= t1 or (abs(rng[e, 8]) + abs(rng[e, 9])) * h - g <= t0:
             continue
-        queue[some], keys[some] = e, max(key, f)
+        queue[some], keys[some], floors[some] = e, max(key, f), floor
         some += 1
     # the lowest first, as it hides the most; few in large cells, of which no bracket is narrow
     m, seen, most = ZERO + 1, ZERO, min(float(SLOTS), FEW * room.H[1, 2] / h)
@@ -322,7 +334,7 @@ def bounds(rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, s
             if keys[c] < keys[pick]:
                 pick = np.int64(c)
         e = queue[pick]
-        queue[pick], keys[pick] = queue[seen], keys[seen]
+        queue[pick], keys[pick], floors[pick] = queue[seen], keys[seen], floors[seen]
         queue[seen] = e
         seen += 1
         for side in range(2):
@@ -342,7 +354,14 @@ def bounds(rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, s
         if rules & COVERS != 0 and _hides(room, m, 0, h, t0, t1):
             return 0.0, 0.0, ZERO
         room.D[m] = 0
+        top = _begins(room, m, t1) if rules & COVERS != 0 else np.inf
         m += 1
+        if top < t1:  # it hides all that begin above
+            last, some = some, seen
+            for c in range(seen, last):
+                if floors[c] < top:
+                    queue[some], keys[some], floors[some] = queue[c], keys[c], floors[c]
+                    some += 1
     if _covered(room, 0, 0, rows, waves, ZERO, rng, dst, u, v, h, t0, t1, slack, rules):
         _known(room, 0, 1, 1.0)
     else:
@@ -408,48 +427,72 @@ def _store(cell, n, u, v, h, lo, hi, heights):
     cell[n, 5], cell[n, 6], cell[n, 7] = heights[0], heights[1], heights[2]
 
 
+class Grown(NamedTuple):
+    """Cells of one block along one direction so far: cell (n, 8) = u, v, h, lo, hi, t0, t1, raised; span (n, 2) where its list
+    begins and its length; heap (n,) of those that may be divided, the widest first; ids (m,), rng (m, 10) of all lists; queue,
+    keys, floors (count,): see `Lists`. at (3,): entries of lists, cells of the heap, cells looked at; sums (2,): lo, hi.
+    """
+
+    cell: NDArray[np.float64]
+    span: NDArray[np.int64]
+    heap: NDArray[np.int64]
+    ids: NDArray[np.int64]
+    rng: NDArray[np.float64]
+    queue: NDArray[np.int64]
+    keys: NDArray[np.float64]
+    floors: NDArray[np.float64]
+    at: NDArray[np.int64]
+    sums: NDArray[np.float64]
+
+
+def nothing_yet(limit: int, first: int, count: int) -> Grown:
+    """Room for so many cells, `first` of them at the start, and sweeps; the first look at all of these always fits."""
+    n = limit + first + 8
+    m = n * min(count, 16) + (first + 5) * count
+    return Grown(
+        np.empty((n, 8)), np.empty((n, 2), dtype=np.int64), np.empty(n, dtype=np.int64), np.empty(m, dtype=np.int64),
+        np.empty((m, 10)), np.empty(count, dtype=np.int64), np.empty(count), np.empty(count),
+        np.zeros(3, dtype=np.int64), np.zeros(2),
+    )  # fmt: skip
+
+
 @kernel
 def remove(
     rows: NDArray[np.float64], waves: NDArray[np.float64], reach: NDArray[np.float64], F: NDArray[np.float64], roof: Roof,
     starts: NDArray[np.int64], rules: int, room: Room, root: NDArray[np.float64], count: int, relative: float, floor: float,
-    limit: int, slack: float, out: NDArray[np.float64],
+    limit: int, slack: float, grown: Grown,
 ) -> None:  # fmt: skip
-    """Bracket of what the sweep of rows 0 and 1 removes, into out = (lo, hi, cells).
+    """Continue until the bracket `grown.sums` of what the sweep of rows 0 and 1 removes is narrow, or `limit` cells are made.
 
+    room.K: witnesses of these rows alone.
     root: (7,) u0, v0, half edge of first cells, number of them along u and v, t0, t1. count: sweeps, k among them.
-    limit: cells at most.
     """
     nu, nv, h = int(root[3]), int(root[4]), root[2]
-    room.K[:] = -1
     room.H[1, 0], room.H[1, 1], room.H[1, 2] = root[0], root[1], h
-    cell = np.zeros((limit + nu * nv + 8, 8))  # u, v, h, lo, hi, t0, t1, raised
-    span = np.zeros((len(cell), 2), dtype=np.int64)
-    heap = np.zeros(len(cell), dtype=np.int64)
-    ids = np.zeros(
-        len(cell) * min(count, 16) + (nu * nv + 5) * count, dtype=np.int64
-    )  # the first look always fits
-    rng = np.zeros((len(ids), 10))
-    queue, keys = np.zeros(count, dtype=np.int64), np.zeros(count)
-    lists = Lists(ids, rng, reach, np.zeros(2), queue, keys)
-    for q in range(count):
-        ids[q] = q
-        rng[q, 1], rng[q, 3], rng[q, 4], rng[q, 7] = 1.0, 1.0, NOWHERE, NOWHERE
-    used, n, lo, hi, made = count, ZERO, 0.0, 0.0, ZERO
+    cell, span, heap, ids, rng = grown.cell, grown.span, grown.heap, grown.ids, grown.rng
+    lists = Lists(ids, rng, reach, np.zeros(2), grown.queue, grown.keys, grown.floors)
+    used, n, made, lo, hi = grown.at[0], grown.at[1], grown.at[2], grown.sums[0], grown.sums[1]
     heights, inner = np.array([root[5], root[6], 0.0]), np.zeros(3)
-    for place in range(nu * nv):
-        u, v = root[0] + (2 * (place % nu) + 1) * h, root[1] + (2 * (place // nu) + 1) * h
-        x, y, m = bounds(
-            rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, ZERO, count, used, slack, inner
-        )  # fmt: skip
-        made += 1
-        lo, hi = lo + x, hi + y
-        if y > x:
-            _store(cell, n, u, v, h, x, y, inner)
-            span[n, 0], span[n, 1] = used, m
-            used += m
-            heap[n] = n
-            n += 1
-            sift_up(heap, cell, n - 1, LOW)
+    if made == 0:
+        for q in range(count):
+            ids[q] = q
+            rng[q, :] = 0.0
+            rng[q, 1], rng[q, 3], rng[q, 4], rng[q, 7] = 1.0, 1.0, NOWHERE, NOWHERE
+        used += count
+        for place in range(nu * nv):
+            u, v = root[0] + (2 * (place % nu) + 1) * h, root[1] + (2 * (place // nu) + 1) * h
+            x, y, m = bounds(
+                rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, ZERO, count, used, slack, inner
+            )  # fmt: skip
+            made += 1
+            lo, hi = lo + x, hi + y
+            if y > x:
+                _store(cell, n, u, v, h, x, y, inner)
+                span[n, 0], span[n, 1] = used, m
+                used += m
+                heap[n] = n
+                n += 1
+                sift_up(heap, cell, n - 1, LOW)
     while n > 0 and hi - lo > max(relative * 0.5 * (lo + hi), floor) and made < limit:
         c = heap[0]
         src, size = span[c, 0], span[c, 1]
@@ -466,24 +509,8 @@ def remove(
         for q in range(4):
             cu, cv = u + (h if q % 2 else -h), v + (h if q > 1 else -h)
             x, y, m = bounds(
-                rows,
-                waves,
-                lists,
-                F,
-                roof,
-                starts,
-                rules,
-                room,
-                cu,
-                cv,
-                h,
-                heights,
-                src,
-                size,
-                used,
-                slack,
-                inner,
-            )
+                rows, waves, lists, F, roof, starts, rules, room, cu, cv, h, heights, src, size, used, slack, inner
+            )  # fmt: skip
             made += 1
             lo, hi = lo + x, hi + y
             new = c if q == 0 else n
@@ -496,4 +523,4 @@ def remove(
                 heap[n] = new
                 n += 1
                 sift_up(heap, cell, n - 1, LOW)
-    out[0], out[1], out[2] = max(lo, 0.0), hi, made
+    grown.at[0], grown.at[1], grown.at[2], grown.sums[0], grown.sums[1] = used, n, made, lo, hi
