@@ -158,3 +158,35 @@ def test_view_of_a_directory_prints_its_address_and_ends_with_an_interruption(re
     finally:
         process.kill()
     assert command(["view", str(tmp_path)]) == 2
+
+
+CUT_SHORT = """
+import sys, threading, time
+from pathlib import Path
+from vmachining.report.live import Live
+from vmachining.report.payload import GROWING
+
+path, over = Path(sys.argv[1]) / "blocks.partial.csv", threading.Event()
+text = ",".join(["block", *GROWING]) + "\\n"
+text += "".join(f"{k}" + ",1.5" * len(GROWING) + "\\n" for k in range(60_000))
+
+def start_anew():
+    while not over.is_set():
+        path.write_text(text)
+
+writer = threading.Thread(target=start_anew)
+writer.start()
+end, live = time.monotonic() + 1.0, Live(path.parent, "tiny")
+while time.monotonic() < end:
+    live.rows(59_000)
+over.set()
+writer.join()
+"""
+
+
+def test_rows_are_asked_for_while_a_run_starts_anew(tmp_path):
+    """The table is cut short under its reader: a file mapped into memory then kills the process (SIGBUS)."""
+    done = subprocess.run(
+        [sys.executable, "-c", CUT_SHORT, str(tmp_path)], capture_output=True, check=False, text=True
+    )
+    assert done.returncode == 0, done.stderr

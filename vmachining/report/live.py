@@ -83,8 +83,10 @@ class Live:
         if not path.is_file():
             return []
         try:
-            table = pl.scan_csv(path, truncate_ragged_lines=True, ignore_errors=True)
-            found = table.select("block", *GROWING).filter(pl.col("block") >= first).head(MOST_ROWS).collect()
+            # read, not mapped: a run that starts anew cuts the file short, and a mapped page that is gone kills the process
+            data, names = path.read_bytes(), ["block", *GROWING]
+            table = pl.read_csv(data, columns=names, truncate_ragged_lines=True, ignore_errors=True)
+            found = table.filter(pl.col("block") >= first).head(MOST_ROWS)
         except (OSError, pl.exceptions.PolarsError):  # the first row is not whole yet
             return []
         return [list(row) for row in found.drop_nulls(["block", "removed_mm3"]).iter_rows()]

@@ -34,6 +34,7 @@ QUARTER = 0.5 * np.pi
 WIDTH = 41  # columns of a row, see the kernels
 CUBIC_MM = 5e-8  # how far cubics of a pose may be off its motion
 CONVEX_MM = 1e-5  # by how much corners of a stock of triangles may lie before a triangle of a convex one: digits of STL files
+MOST_PAIRS = 200_000_000  # of triangles and corners that are held against each other
 BEND_MM = 2e-3  # what a minimum of the distance over poses may hide, see the kernels: more is divided
 
 
@@ -272,7 +273,12 @@ class Sweeps:
 
 
 def _is_convex(stock: MeshStock) -> bool:
-    """Whether no corner lies before a triangle: such a stock has no ribs that are thinner than itself."""
+    """Whether no corner lies before a triangle: such a stock has no ribs that are thinner than itself.
+
+    Every triangle is held against every corner; where that takes more than a second, the answer is no, which costs steps alone.
+    """
+    if len(stock.corners) * len(stock.vertices) > MOST_PAIRS:
+        return False
     a, b, c = stock.corners.transpose(1, 0, 2)
     planes = zip(a, np.cross(b - a, c - a), strict=True)
     return all(((stock.vertices - p) @ n).max() <= CONVEX_MM * np.sqrt(n @ n) for p, n in planes)
