@@ -31,11 +31,15 @@ from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Profile
 
 QUARTER = 0.5 * np.pi
-WIDTH = 41  # columns of a row, see the kernels
-CUBIC_MM = 5e-8  # how far cubics of a pose may be off its motion
-CONVEX_MM = 1e-5  # by how much corners of a stock of triangles may lie before a triangle of a convex one: digits of STL files
-MOST_PAIRS = 200_000_000  # of triangles and corners that are held against each other
-BEND_MM = 2e-3  # what a minimum of the distance over poses may hide, see the kernels: more is divided
+WIDTH = 35
+"""Columns of a row, see the kernels."""
+
+
+CUBIC_MM = 5e-8
+"""How far cubics of a pose may be off its motion."""
+
+BEND_MM = 2e-3
+"""What a minimum of the distance over poses may hide, see the kernels: more is divided."""
 
 
 class Corner(NamedTuple):
@@ -115,7 +119,7 @@ class Sweeps:
             self.kind, self.stock = 1, np.array([x, y, r, low, high, 0.0])
         elif isinstance(stock, MeshStock):
             self.mesh = stock.nearest
-            self.kind, self.stock = 2, np.append(stock.bounds.reshape(6), _is_convex(stock))
+            self.kind, self.stock = 2, stock.bounds.reshape(6)
         else:
             raise StockError(f"no kernel for a {type(stock).__name__}")
         self.bounds = stock.bounds
@@ -174,8 +178,7 @@ class Sweeps:
         if kinds[0] == EXACT:
             sweep = Sweep.along(cutter, path)
             exact[0], box, own = self.push(sweep), sweep.bounds.reshape(1, 6), 2 * own
-            tool = -1 if isinstance(path, Turn) else tool
-        self._put((kinds, num, box), tool, exact)
+        self._put((kinds, num, box), -1 if isinstance(path, Turn) else tool, exact)
         self._cuts.add(np.array([[first, self._rows[0].count, own]]))
         self.motions.append((cutter, path))
 
@@ -272,18 +275,6 @@ class Sweeps:
         )  # fmt: skip
 
 
-def _is_convex(stock: MeshStock) -> bool:
-    """Whether no corner lies before a triangle: such a stock has no ribs that are thinner than itself.
-
-    Every triangle is held against every corner; where that takes more than a second, the answer is no, which costs steps alone.
-    """
-    if len(stock.corners) * len(stock.vertices) > MOST_PAIRS:
-        return False
-    a, b, c = stock.corners.transpose(1, 0, 2)
-    planes = zip(a, np.cross(b - a, c - a), strict=True)
-    return all(((stock.vertices - p) @ n).max() <= CONVEX_MM * np.sqrt(n @ n) for p, n in planes)
-
-
 def _closed(corner: Corner | None, path: Motion, top: float) -> tuple[Ints, Floats, Floats]:
     """Kinds (n,), rows (n, WIDTH) and boxes (n, 6) of a motion; EXACT where there is no closed form.
 
@@ -352,7 +343,6 @@ def _posed(path: Turn, corner: Corner) -> tuple[Ints, Floats, Floats]:
     q[:, 14:16], q[:, 26] = ends[:, :2], ends[:, 2]
     q[:, 19], q[:, 33] = bend * step**2, SLIDING_MM
     q[:, 34] = 0.5 * step * (speed + turn * far)
-    q[:, 35:38], q[:, 38:41] = tip.at(share[:-1] + 0.5 * step), axis.at(share[:-1] + 0.5 * step)
     least = np.where(hull[1].min(axis=1) * hull[1].max(axis=1) > 0.0, np.abs(hull[1]).min(axis=1), 0.0)
     side = wide * np.sqrt(np.maximum(1.0 - least**2, 0.0)) + 1e-6
     points = np.concatenate([hull[0], hull[0] + high * hull[1]], axis=1)
