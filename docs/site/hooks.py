@@ -148,10 +148,11 @@ def tables() -> str:
 
 TABLES_INTRO = """# Tables and summaries
 
-## blocks.csv, blocks.parquet
+## blocks.parquet, blocks.csv
 
-One row per NC block that moves, in program order. A cell is empty where nothing was computed; a 0 is a computed zero. The unit is
-in the name; lengths are in millimetres, coordinates are work coordinates of the tool tip.
+One row per NC block that moves, in program order; with more than 100,000 blocks, `blocks.csv` is written only with `--csv`. A
+cell is empty where nothing was computed; a 0 is a computed zero. The unit is in the name; lengths are in millimetres,
+coordinates are work coordinates of the tool tip.
 
 """
 

@@ -23,6 +23,7 @@ from vmachining.report.backplot import live_page
 from vmachining.report.live import Live, serve
 from vmachining.report.paper import KINDS
 from vmachining.report.paper.depth import nearest_faces
+from vmachining.report.payload import GROWING
 
 TEXT = (
     JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")
@@ -190,3 +191,24 @@ def test_rows_are_asked_for_while_a_run_starts_anew(tmp_path):
         [sys.executable, "-c", CUT_SHORT, str(tmp_path)], capture_output=True, check=False, text=True
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_the_live_view_shows_whole_rows_and_reads_each_of_them_once(tmp_path):
+    live, path = Live(tmp_path, "tiny"), tmp_path / "blocks.partial.csv"
+    head = ",".join(["block", *GROWING]) + "\n"
+    air = "".join(
+        f"{k},0.0,0.0,0.0,\n" for k in range(150)
+    )  # no rate for so long that no number is guessed from it
+    path.write_text(head + air + "150,1.5,1.25,1.75,90.5\n151,2.5,2.25,2.7")
+    found = live.rows(0)
+    assert [row[0] for row in found] == list(range(151))  # of 151 the upper end is not written yet
+    assert found[0] == [0, 0.0, 0.0, 0.0, None] and found[150] == [150, 1.5, 1.25, 1.75, 90.5]
+    assert live.rows(151) == []
+    with path.open("a") as file:
+        file.write("5,\n152,3.0,3.0,3.0,\n")
+    path.write_bytes(path.read_bytes().replace(b"\n10,", b"\nxx,"))  # nobody looks there again
+    assert live.rows(151) == [[151, 2.5, 2.25, 2.75, None], [152, 3.0, 3.0, 3.0, None]]
+    path.write_text(head + "".join(f"{k},7.0,7.0,7.0,\n" for k in range(400)))  # a run that started anew
+    assert live.rows(153) == [[k, 7.0, 7.0, 7.0, None] for k in range(153, 400)]
+    path.write_text(head + "0,8.0,8.0,8.0,\n")
+    assert live.rows(400) == [] and live.rows(0) == [[0, 8.0, 8.0, 8.0, None]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -18,6 +19,7 @@ from tinyjob import FEED, JOB, SLOT_MM3, write_job
 from vmachining.errors import InputError
 from vmachining.job.batch import folders_of, run_many
 from vmachining.job.table import COLUMNS
+from vmachining.report.batch import write_index
 
 PAGE = Path(__file__).parents[2] / "docs" / "batch.md"
 MEASURED = {"seconds", "peak_mb"}
@@ -161,6 +163,20 @@ def test_the_page_has_failures_first_totals_and_links_that_lead_somewhere(batch)
     assert page.index("Needs a look") < page.index(rows[1]["message"][-20:]) < page.index("Complete jobs")
     total = sum(row["removed_mm3"] for row in rows if row["removed_mm3"] is not None)
     assert f"{total:.6g}" in page.split("Needs a look")[0]
+
+
+def test_the_page_leads_to_the_parquet_table_of_a_long_program(batch, tmp_path):
+    """Above 100,000 blocks there is no blocks.csv."""
+    out, rows, _ = batch
+    long = tmp_path / Path(rows[0]["out"]).name
+    shutil.copytree(rows[0]["out"], long)
+    (long / "blocks.csv").unlink()
+    write_index(
+        [rows[0] | {"out": str(long)}], tmp_path / "index.html", json.loads((out / "batch.json").read_text())
+    )
+    links = Links()
+    links.feed((tmp_path / "index.html").read_text(encoding="utf-8"))
+    assert f"{long.name}/blocks.parquet" in links.found and f"{long.name}/blocks.csv" not in links.found
 
 
 @pytest.mark.slow  # 4 s

@@ -193,3 +193,20 @@ def test_a_part_takes_no_option_that_only_the_merge_can_keep(tmp_path, small, ca
         assert command([*words, *option]) == 2 and text in capsys.readouterr().err
     assert command([*words, "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"part": "1/2", "out": str(tmp_path / "1")}
+
+
+def test_a_table_as_csv_that_the_parts_were_asked_for_is_written_by_the_merge(tmp_path, small, monkeypatch):
+    """`merge` has no --csv: it forgot that of its parts, so that a long program had no blocks.csv."""
+    monkeypatch.setattr(sys.modules["vmachining.job.course"], "MOST_CSV", 2)
+    write_job(tmp_path / "job")
+    job, out, parts = (
+        str(tmp_path / "job" / "job.toml"),
+        tmp_path / "merged",
+        [str(tmp_path / k) for k in "12"],
+    )
+    for k, part in enumerate(parts, 1):
+        words = ["run", job, "--part", f"{k}/2", "--out", part, "--csv", "--stages", "cut", "--quiet"]
+        assert command(words) == 0
+    assert command(["merge", *parts, "--out", str(out), "--quiet"]) == 0
+    assert (out / "blocks.csv").is_file()
+    assert "table_note" not in json.loads((out / "summary.json").read_text())

@@ -143,7 +143,7 @@ def test_the_table_of_a_long_program_is_parquet_and_csv_where_asked_for(
     assert command([*asked, str(short)]) == 0 and "  table " not in capsys.readouterr().err
     monkeypatch.setattr(sys.modules["vmachining.job.course"], "MOST_CSV", 2)
     assert command([*asked, str(out)]) == 0
-    assert "blocks.csv is written with --csv only" in capsys.readouterr().err
+    assert "blocks.csv is written only with --csv" in capsys.readouterr().err
     assert not (out / "blocks.csv").exists() and "table_note" in told(out)
     assert command([*asked, str(out), "--resume", "--csv"]) == 0
     assert (out / "blocks.csv").read_bytes() == (short / "blocks.csv").read_bytes()

@@ -222,6 +222,10 @@ def test_turning_axes_are_refused(tmp_path, capsys):
     table.write_text("x_mm,y_mm,z_mm,i,j,k,feed_mm_min\n0,0,0,0,0,1,100\n1,0,0,0.1,0,1,100\n")
     assert run(["dda", str(table), "--dialect", "poses"]) == 2
     assert "poses.csv:3: a rotary axis moves" in capsys.readouterr().err
+    tilted = tmp_path / "tilted.mpf"  # the arc leans, no axis turns
+    tilted.write_text("G71 G90 G17\nG0 X0 Y0 Z0\nAROT X30\nG1 X1 F200\nG2 X4 Y4 I1.5 J2\nM30\n")
+    assert run(["dda", str(tilted), "--dialect", "sinumerik"]) == 2
+    assert "tilted.mpf:5: an arc in a tilted plane; dda drives X, Y and Z in" in capsys.readouterr().err
     table.write_text("x_mm,y_mm,z_mm,feed_mm_min\n0,0,0,100\n1,0,0,100\n")
     assert run(["dda", str(table), "--dialect", "poses"]) == 0
     assert "X+50 Y+0 Z+0" in capsys.readouterr().out

@@ -109,6 +109,13 @@ def test_tables_that_cannot_be_read(folder, case):
         vm.compare_engagement(table, folder)
 
 
+def test_a_parquet_table_that_lacks_a_column_is_named(tmp_path):
+    """The message said "table" for a file."""
+    pl.DataFrame(slot()).drop("upper_mm").write_parquet(tmp_path / "engagement.parquet")
+    with pytest.raises(InputError, match=r"engagement\.parquet: no column upper_mm"):
+        vm.compare_engagement(slot(), tmp_path)
+
+
 HEADER = "# made by hand\n\nblock,phi_deg,lower_mm,upper_mm"
 BAD_FILES = {
     "word": (

@@ -25,7 +25,7 @@ CSV_HEADER, NPZ_MEMBER, GENERATOR = b"block,line,tick,time_s,x,y,z\n", b"steps.n
 """What tells files of this command from others."""
 
 STEADY: dict[str, Any] = dict.fromkeys(("axis_start", "axis_end", "rotary_start", "rotary_deg"))
-"""Of a move whose axes rest: where they do is nothing to dda."""
+"""Of a move whose axes rest: dda drives X, Y and Z alone, wherever the others stand."""
 
 
 def dda(o: Dda) -> int:
@@ -92,9 +92,10 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
             continue
         path = None if _turns(move) else move_path(move._replace(**STEADY))
         if not isinstance(path, Line | Arc):
+            what = "a rotary axis moves" if path is None else "an arc in a tilted plane"
             raise KinematicsError(
-                "a rotary axis moves", file=program.name, line=move.line, remedy="dda drives X, Y and Z"
-            )
+                what, file=program.name, line=move.line, remedy="dda drives X, Y and Z in lines and arcs of the main planes"
+            )  # fmt: skip
         if not path.length:
             continue
         feed = None if move.motion is Motion.RAPID else move.feed_mm_min

@@ -63,7 +63,7 @@ class Predict:
     """Force over time: a revolution at every station of the blocks, as CSV and Parquet, with a picture."""
 
     job: Annotated[Path, arg("JOB.toml", "Job file with a [force] table.")]
-    block: Annotated[str, opt("all|3,7-12", "Blocks as in blocks.csv of a run.")] = "all"
+    block: Annotated[str, opt("all|3,7-12", "Blocks as numbered in the table of a run.")] = "all"
     measured: Annotated[
         Path | None,
         opt("TRACE.csv", "Measured: time_s or phi_deg, fx_n, fy_n, fz_n; compared with the prediction."),

@@ -274,7 +274,9 @@ def merge_(o: Merge) -> int:
     """`vmachining merge`: the result of a run whose parts are complete."""
     parts = read_parts(o.folders)
     before = parts.manifest["options"]
-    asked = {"stock": o.stock, "brep": before["brep"], "brep_seconds": before["brep_seconds"]}
+    asked = {name: before[name] for name in ("brep", "brep_seconds", "csv") if name in before} | {
+        "stock": o.stock
+    }
     file, options = _as_before(o.folders[0], parts.manifest, asked)
     return run_job(file, options, out=o.out, quiet=o.quiet, as_json=o.as_json, force=o.force, parts=parts)
 

@@ -94,7 +94,9 @@ class Block:
     """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
 
     job: JobArg
-    blocks: Annotated[list[str], arg("BLOCKS...", "Block numbers of blocks.csv, in any order: 7,10-12 3.")]
+    blocks: Annotated[
+        list[str], arg("BLOCKS...", "Block numbers of the table of a run, in any order: 7,10-12 3.")
+    ]
     width: Annotated[
         str | None, opt("W", "Relative width of a bracket: 0.01% or 1e-4; default: the job's.")
     ] = None
@@ -102,7 +104,7 @@ class Block:
 
 
 RESULTS = "block or line, removed_mm3; or engaged intervals; or a job. With a set: directory of CASE.csv, or column case."
-PAGE = "Show two results (DIR or blocks.csv) on one page; a single one next to its schedule."
+PAGE = "Show two results (DIR, blocks.parquet or blocks.csv) on one page; a single one next to its schedule."
 
 
 @command(

@@ -38,9 +38,8 @@ def command(
     file, _, function = runs.partition(":")
 
     def hang(bare: type[T]) -> type[T]:
-        kind = dataclass(frozen=True, kw_only=True, repr=False, eq=False)(
-            bare
-        )  # what nobody asks takes time at a start
+        # nobody prints or compares these values, and code for that takes time at every start
+        kind = dataclass(frozen=True, kw_only=True, repr=False, eq=False)(bare)
 
         def called(**words: Any) -> int:
             done: int = getattr(import_module(f"vmachining.cli.{file}"), function)(_made(kind, words))

@@ -83,7 +83,7 @@ def blocks_alone(job: Job, numbers: Sequence[int], *, width: float | None = None
     for number in numbers:
         if not 0 <= number <= last:
             raise InputError(
-                f"there is no block {number}", remedy=f"blocks are 0 to {last}, as in blocks.csv"
+                f"there is no block {number}", remedy=f"blocks are 0 to {last}, as in the table of a run"
             )
         block = toolpath.blocks[number]
         if not any(True for _ in toolpath.cuts(block)):

@@ -181,7 +181,7 @@ class Scene:
             last = len(self.blocks) - 1
             has = f"blocks 0 to {last}" if last >= 0 else "no block that moves"
             raise InputError(
-                f"there is no block {block}: the program has {has}", remedy="see blocks.csv of a run"
+                f"there is no block {block}: the program has {has}", remedy="see the table of a run"
             )
         mine = [k for k, cut in enumerate(self.cuts) if cut[0] == block]
         if not mine:

@@ -104,7 +104,7 @@ def predict(
     if blocks is not None and (odd := [k for k in blocks if k not in cutting]):
         raise InputError(
             f"block {odd[0]} does not cut" if 0 <= odd[0] < len(every) else f"there is no block {odd[0]}",
-            remedy="see blocks.csv of a run",
+            remedy="see the table of a run",
         )
     times = move_times(toolpath, machine_limits(job), block_delete=job.keys.program.block_delete).seconds
     begin = np.concatenate([[0.0], np.cumsum(times)])

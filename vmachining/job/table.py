@@ -126,7 +126,9 @@ CONTACT = (
 MOST_CSV = 100_000
 """Blocks up to which a run writes its table as CSV, too, without being asked."""
 
-NO_CSV = f"blocks.parquet has all rows; above {MOST_CSV:,} blocks blocks.csv is written with --csv only"
+NO_CSV = (
+    f"blocks.parquet has every row; with more than {MOST_CSV:,} blocks, blocks.csv is written only with --csv"
+)
 
 ROW_GROUP = 2**17
 """Rows that a reader of Parquet files takes at a time."""

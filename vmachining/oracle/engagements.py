@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -185,7 +185,7 @@ def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[
         table = pl.read_parquet(path)
     except (OSError, pl.exceptions.PolarsError) as exc:
         raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=str(path)) from exc
-    return _gathered(replace(Table.read(table, _chosen), source=str(path))), str(folder)
+    return _gathered(Table.read(table, _chosen, str(path))), str(folder)
 
 
 def _intervals_of(

@@ -59,10 +59,12 @@ class Table:
         cls,
         given: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]],
         chosen: Callable[[Sequence[str], str, int | None], Sequence[str]],
+        source: str = "table",
     ) -> Table:
         """Columns of a CSV file, a polars table or a mapping.
 
         chosen : the names that are needed, of those that there are, with source and line of the header; refuses others.
+        source : what errors call a table that is not a CSV file.
         Raises InputError: Unreadable, a name twice, columns of several lengths, or what `chosen` refuses.
         """
         if isinstance(given, (str, Path)):
@@ -77,15 +79,15 @@ class Table:
                 for at, column in cells:
                     column.append(row[at])
             return cls({names[at]: column for at, column in cells}, str(path), lines)
-        held = given if isinstance(given, Mapping) else given.to_dict(as_series=False)
-        columns = {name: list(held[name]) for name in chosen(list(held), "table", None)}
+        held = given if isinstance(given, Mapping) else given.to_dict()
+        columns = {name: list(held[name]) for name in chosen(list(held), source, None)}
         first, *others = columns
         for name in others:
             if len(columns[name]) != len(columns[first]):
                 raise InputError(
-                    f"table: {len(columns[first])} values of {first}, {len(columns[name])} of {name}"
+                    f"{source}: {len(columns[first])} values of {first}, {len(columns[name])} of {name}"
                 )
-        return cls(columns, "table")
+        return cls(columns, source)
 
     def where(self, row: int) -> dict[str, Any]:
         """file and line keywords of an error about one row, which counts from 0."""

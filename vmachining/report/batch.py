@@ -190,7 +190,7 @@ def _job(row: Mapping[str, Any], largest: float, shown: Sequence[int]) -> dict[s
     spark, peak = _curve(row)
     return {
         "name": row["name"], "job": row["job"], "report": _link(row, "report.html"), "spark": spark, "peak": peak,
-        "folder": Path(row["out"]).name, "table": _link(row, "blocks.csv"),
+        "folder": Path(row["out"]).name, "table": _link(row, "blocks.csv") or _link(row, "blocks.parquet"),
         "cells": [(*cells[k], hi if HEADS[k][0] == "bracket" else None) for k in shown],
         "bar": 100 * removed / largest if largest > 0 else 0.0,
     }  # fmt: skip

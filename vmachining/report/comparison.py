@@ -77,7 +77,7 @@ class Side:
         except (OSError, pl.exceptions.PolarsError) as exc:
             raise InputError(
                 f"no table of blocks: {str(exc).splitlines()[0]}", file=str(file),
-                remedy="give a result directory, or its blocks.csv",
+                remedy="give a result directory, or its blocks.parquet or blocks.csv",
             ) from exc  # fmt: skip
         if missing := [
             name

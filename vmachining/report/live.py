@@ -50,6 +50,8 @@ class Live:
     done: int = 0
     total: int = 0
     page: str = ""
+    _next: tuple[int, int] = (-1, 0)
+    """Block that a page asks for next, and the byte at which its row will begin."""
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def progress(self, stage: str, done: int, total: int) -> None:
@@ -79,17 +81,45 @@ class Live:
         """Rows from block `first` on that the run in hand has made: block and `GROWING`, at most `MOST_ROWS`."""
         import polars as pl
 
-        path = self.folder / WORKING[0]
-        if not path.is_file():
-            return []
+        kinds = {"block": pl.Int64, **dict.fromkeys(GROWING, pl.Float64)}
         try:
             # read, not mapped: a run that starts anew cuts the file short, and a mapped page that is gone kills the process
-            data, names = path.read_bytes(), ["block", *GROWING]
-            table = pl.read_csv(data, columns=names, truncate_ragged_lines=True, ignore_errors=True)
-            found = table.filter(pl.col("block") >= first).head(MOST_ROWS)
-        except (OSError, pl.exceptions.PolarsError):  # the first row is not whole yet
+            data = b"".join(self._lines(first))
+            found = pl.read_csv(
+                data,
+                columns=list(kinds),
+                schema_overrides=kinds,
+                truncate_ragged_lines=True,
+                ignore_errors=True,
+            )
+        except (OSError, ValueError, pl.exceptions.PolarsError):  # no table yet, or one that starts anew
             return []
         return [list(row) for row in found.drop_nulls(["block", "removed_mm3"]).iter_rows()]
+
+    def _lines(self, first: int) -> list[bytes]:
+        """Header and rows from block `first` on, those that are written to their end.
+
+        A page asks about once a second. Where the next row begins is kept, so that a long table is not read from its beginning
+        each time.
+        """
+        with (self.folder / WORKING[0]).open("rb") as file:
+            lines, (block, at) = [file.readline()], self._next
+            begin = len(lines[0])
+            if block == first and at > begin:
+                file.seek(at - 1)
+                whole = file.read(1) == b"\n"
+                row = file.readline()
+                if whole and (not row or row.startswith(b"%d," % first)):  # else the run has started anew
+                    begin = at
+            file.seek(begin)
+            for line in file:
+                if not line.endswith(b"\n") or len(lines) > MOST_ROWS:
+                    break
+                begin += len(line)
+                if (block := int(line.partition(b",")[0])) >= first:
+                    lines.append(line)
+                    self._next = block + 1, begin
+        return lines
 
     def outputs(self) -> list[str]:
         """Files that a run has completed."""

@@ -192,6 +192,6 @@ async function start() {
 
 start().catch((error) => {
   document.documentElement.dataset.ready = "failed";
-  one("#view-note").textContent = `The interactive part of this page did not start (${error.message}); every number is on the page and in blocks.csv.`;
+  one("#view-note").textContent = `The interactive part of this page did not start (${error.message}); every number is on the page and in blocks.parquet.`;
   console.error(error);
 });
