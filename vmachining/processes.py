@@ -20,7 +20,7 @@ def start(
     """A process that calls a function with the descriptor of its end of a connection, and the other end.
 
     The function is found by name, so that nothing of this process is copied. SIGINT is blocked there.
-    apart : what is said to our group is for us alone, and what it prints is for nobody.
+    apart : in a session by itself, which signals to our group do not reach; what it prints is dropped.
 
     Raises OSError: It cannot be started.
     """

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 import time
 from itertools import pairwise
 from math import pi
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +27,7 @@ from vmachining.engines.brep import (
     check_blocks,
     isolated,
     isolated_steps,
+    process,
 )
 from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.removal.attempts import ATTEMPTS
@@ -217,6 +220,20 @@ def test_what_runs_in_a_process_of_its_own_cannot_take_us_with_it() -> None:
         isolated(os.abort, seconds=60.0)
     with pytest.raises(EngineError, match=r"no answer within 0\.1 s"):
         isolated(time.sleep, 60.0, seconds=0.1)
+
+
+def test_a_worker_that_cannot_be_asked_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it is asked for cannot travel: whoever started it has no worker, so nobody else would end it."""
+    begun, start = list[subprocess.Popen[bytes]](), process.start
+
+    def kept(*asked: str, apart: bool) -> tuple[subprocess.Popen[bytes], Connection]:
+        begun.append((both := start(*asked, apart=apart))[0])
+        return both
+
+    monkeypatch.setattr(process, "start", kept)
+    with pytest.raises((AttributeError, pickle.PicklingError)) as why:
+        process.WorkerProcess(lambda: None)
+    assert begun[0].poll() is not None, why
 
 
 @pytest.mark.long  # 15 s

@@ -11,8 +11,11 @@ from closedforms import FAMILIES, HI, LO, case_of, engine_for, slot
 from scipy.stats import binom
 
 from vmachining import Sweep
-from vmachining.engines.dexel.rays import CONFIDENCE, RayEngine
+from vmachining.arrays import Floats, Ints
+from vmachining.engines.dexel.rays import CONFIDENCE, RayEngine, lengths
 from vmachining.engines.protocol import Removal
+from vmachining.stock import BoxStock
+from vmachining.tool import BallNose
 
 RISK = 1e-4
 """Of a test that fails though the statement is true."""
@@ -68,6 +71,22 @@ def test_what_was_cut_is_not_cut_again_and_volumes_add_up() -> None:
     whole = engine.stock_volume.estimate
     assert engine.volume.estimate == pytest.approx(whole - first.estimate, rel=1e-12)
     assert engine.volume.lo <= whole - case.truth <= engine.volume.hi
+
+
+def test_rays_of_which_nothing_is_left_are_asked_of_no_other_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Below an upright block lie two deeper passes, whose tops are below its own; the first of them has taken all."""
+    ball, box = BallNose(diameter=10, length=40).profile, BoxStock((-20, -20, -20), (20, 20, 0))
+    asked, crossed = list[int](), lengths._crossed
+
+    def counted(body: Sweep, where: Floats, which: Ints, *ends: Floats) -> lengths._Parts:
+        asked.append(len(which))
+        return crossed(body, where, which, *ends)
+
+    monkeypatch.setattr(lengths, "_crossed", counted)
+    where = np.random.default_rng(0).uniform((-5, -4), (5, 4), (500, 2))
+    deeper = [Sweep(ball, (-20, 0, z), (20, 0, z)) for z in (-6, -5)]
+    assert not lengths.material(Sweep(ball, (-5, 0, -4), (5, 0, -4)), deeper, box, where).any()
+    assert asked == [500, 500, 0]
 
 
 def test_air_removes_nothing_and_that_is_proven() -> None:

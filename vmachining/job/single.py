@@ -17,6 +17,7 @@ from vmachining.interval import Interval
 from vmachining.job.brep import note_of
 from vmachining.job.files import atomic_path
 from vmachining.sweep import Sweep, Turn
+from vmachining.sweep.flux import FluxVolume
 from vmachining.sweep.motion import GOOD
 from vmachining.tolerance import CHORD_MM
 
@@ -61,7 +62,7 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda 
     Raises
     ------
     EngineError
-        The kernel failed, its inner solid is larger than its outer one, or the formula contradicts them.
+        The kernel failed, its inner solid is larger than its outer one or than what is entered, or the formula contradicts them.
     """
     standing = sweep.upright()
     if standing is not None:  # a leaning tool that does not turn: as if it stood, where walls are exact
@@ -75,8 +76,8 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda 
         raise EngineError(
             f"the formula gives {exact:.9g} mm3, outside of [{lo:.9g}, {hi:.9g}]", engine="mesh"
         )
-    if standing is None:  # no volume is more than what is entered
-        hi = min(hi, max(sweep.flux().entered, lo))
+    if standing is None:
+        hi = min(hi, _entered(sweep.flux(), lo))
     if exact is None:  # the fair solid is a guess: it moves neither bound
         exact = min(max(_volume(sweep, chord, "fair", report), min(lo, hi)), hi)
     found = Interval(min(lo, exact), exact, max(hi, exact))
@@ -87,8 +88,17 @@ def _first_look(sweep: Sweep) -> Interval:
     """Bracket by coarse facets inside and by what is entered, before the search for what is entered twice and fine facets."""
     lo = float(solid(sweep, chord=LOOK * sweep.profile.max_radius, side="inner").volume())
     flux = sweep.flux(GOOD)
-    hi = max(flux.entered, lo)
+    hi = _entered(flux, lo)
     return Interval(lo, min(max(flux.volume, lo), hi), hi, proven=False)
+
+
+def _entered(flux: FluxVolume, lo: float) -> float:
+    """What is entered: no volume is more. Raises EngineError: The inner solid has more."""
+    if lo > flux.entered * (1.0 + ROUNDING):
+        raise EngineError(
+            f"the inner solid has {lo:.9g} mm3, all that is entered {flux.entered:.9g}", engine="mesh"
+        )
+    return max(flux.entered, lo)
 
 
 def _volume(sweep: Sweep, chord: float, side: Literal["inner", "fair", "outer"], report: Report) -> float:

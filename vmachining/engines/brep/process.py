@@ -42,7 +42,7 @@ class Late(WorkerLost):
 
 def obey_driver() -> None:
     """Called first in a worker: only the driver ends it, and its end (Linux) is the worker's, for a boolean that hangs would
-    never see stdin end."""
+    never see its line end."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     with suppress(AttributeError, OSError, TypeError):
@@ -101,7 +101,7 @@ class WorkerProcess:
             self.send(make, arguments)
             late.cancel()
             self.receive(START_SECONDS + seconds)
-        except (WorkerLost, SweepError, EngineError):
+        except BaseException:  # Ctrl-C, too, and what no pickle holds
             self.close()
             raise
         finally:

@@ -33,11 +33,8 @@ class CutterTable:
         self.tops: list[float] = []
         self._numbers: dict[tuple[bytes, float], int] = {}
         self._known: list[tuple[Profile, float, int]] = []
-        self._last: tuple[Profile | None, float, int] = (
-            None,
-            0.0,
-            0,
-        )  # asked for by the block before, most often
+        # asked for by the block before, most often
+        self._last: tuple[Profile | None, float, int] = None, 0.0, 0
 
     def number(self, profile: Profile, by: float, rung: int = 0) -> int:
         """Number of a cutter grown by some mm, given to the kernels once.

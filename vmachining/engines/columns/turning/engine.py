@@ -253,9 +253,8 @@ class AnyDirection:
         )  # fmt: skip
         lo, hi = grown.sums.tolist()
         error = 4.0 * scene.slack * float(root[2] ** 2 * root[3] * root[4])
-        lean = np.abs(
-            scene.faces[:, 2]
-        )  # faces that all but stand along the columns are taken as if they did
+        # faces that all but stand along the columns are taken as if they did
+        lean = np.abs(scene.faces[:, 2])
         aside = float(lean[lean < UPRIGHT].sum() * np.abs(root[5:]).max())
         error += aside * float(np.hypot(*(2.0 * root[2] * root[3:5])) * (root[6] - root[5]))
         return max(lo - error, 0.0), hi + error, int(grown.at[2])

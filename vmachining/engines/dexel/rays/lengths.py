@@ -69,7 +69,8 @@ def material(sweep: Sweep, earlier: Sequence[Sweep], stock: Stock, where: Floats
     parts = [_in_stock(stock, where)]
     lo, hi = _ends(parts[0], count)
     parts.insert(0, _crossed(sweep, where, np.flatnonzero(lo < hi), lo, hi))
-    lo, hi = _ends(parts[0], count)
+    first, last = _ends(parts[0], count)
+    lo, hi = np.maximum(lo, first), np.minimum(hi, last)
     for body in earlier:
         box = body.bounds
         asked = (lo < hi) & (lo < box[1, 2]) & (hi > box[0, 2])
@@ -99,7 +100,7 @@ def _ends(part: _Parts, count: int) -> tuple[Floats, Floats]:
 
 
 def _crossed(body: Sweep, where: Floats, which: Ints, lo: Floats, hi: Floats) -> _Parts:
-    """What rays (n,) have between lo and hi, asked there alone: what lies beyond need not be proved of a tool that turns."""
+    """What rays (n,) have between lo and hi, and beyond where that costs nothing: it need not be proved of a tool that turns."""
     origins = np.column_stack([where[which], np.zeros(len(which))])
     inside = body.ray_intervals(origins, UP, between=np.column_stack([lo[which], hi[which]]))
     return _Parts(np.repeat(which, inside.counts), inside.enter, inside.leave)
