@@ -143,7 +143,7 @@ def test_the_table_of_a_long_program_is_parquet_and_csv_where_asked_for(
     assert command([*asked, str(short)]) == 0 and "  table " not in capsys.readouterr().err
     monkeypatch.setattr(sys.modules["vmachining.job.course"], "MOST_CSV", 2)
     assert command([*asked, str(out)]) == 0
-    assert "blocks.csv is written only with --csv" in capsys.readouterr().err
+    assert "written as .parquet only; --csv adds the .csv" in capsys.readouterr().err
     assert not (out / "blocks.csv").exists() and "table_note" in told(out)
     assert command([*asked, str(out), "--resume", "--csv"]) == 0
     assert (out / "blocks.csv").read_bytes() == (short / "blocks.csv").read_bytes()
@@ -151,3 +151,17 @@ def test_the_table_of_a_long_program_is_parquet_and_csv_where_asked_for(
     assert "table_note" not in told(out)
     assert command(["run", str(job), "--out", str(out), "--resume", "--stages", "cut,judge"]) == 0
     assert (out / "blocks.csv").is_file() and "table_note" not in told(out)
+
+
+@pytest.mark.slow  # 4 s
+def test_a_schedule_with_too_many_blocks_for_csv_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The program itself is short enough; blocks that the schedule inserts are not, and nothing said so."""
+    job, out = write_job(tmp_path / "job", job=TEETH + FEED + "insert_blocks = true\n"), tmp_path / "out"
+    monkeypatch.setattr(sys.modules["vmachining.job.course"], "MOST_CSV", 9)
+    assert command(["run", str(job), "--out", str(out), "--stages", "cut,contact,plan", "--quiet"]) == 0
+    rows = [len(pl.read_parquet(out / f"{stem}.parquet")) for stem in ("blocks", "scheduled_blocks")]
+    assert rows[0] <= 9 < rows[1], rows
+    assert (out / "blocks.csv").is_file() and not (out / "scheduled_blocks.csv").exists()
+    assert "--csv" in str(told(out)["table_note"])

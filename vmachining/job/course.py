@@ -74,6 +74,8 @@ class Course:
     record: Record = field(init=False)
     cutting: Cutting = field(init=False)
     spent: Spent = field(default_factory=Spent)
+    lacks_csv: bool = False
+    """Whether a table has been written as Parquet alone."""
 
     def __post_init__(self) -> None:
         self.record = Record(self.folder, self.spent, self.progress)
@@ -115,13 +117,10 @@ class Course:
         scheduled: pl.DataFrame | None = None, opinion: pl.DataFrame | None = None,
     ) -> None:  # fmt: skip
         """A table of the result, see `table.finish`."""
-        csv = self._writes_csv(len(contact))
+        csv = len(contact) <= MOST_CSV or bool(self.options.get("csv"))
+        self.lacks_csv |= not csv
         with self.place.making(f"{stem}.parquet", *([f"{stem}.csv"] * csv)):
             finish(rows, self.folder, stem, scheduled, opinion, contact, estimates, csv=csv)
-
-    def _writes_csv(self, blocks: int) -> bool:
-        """Whether a table of so many blocks is written as CSV, too."""
-        return blocks <= MOST_CSV or bool(self.options.get("csv"))
 
     def go_part(self, part: Part) -> None:
         """What this part owes the merge; the rows on the way are of its shares alone."""
@@ -316,7 +315,7 @@ class Course:
         if opinion.second is not None:
             result.summary["second_judge"] = opinion.second
         result.summary["contact_notes"] = list(stations.notes)
-        if not self._writes_csv(len(given.toolpath.blocks)):
+        if self.lacks_csv:
             result.summary["table_note"] = NO_CSV
         return result
 

@@ -126,9 +126,7 @@ CONTACT = (
 MOST_CSV = 100_000
 """Blocks up to which a run writes its table as CSV, too, without being asked."""
 
-NO_CSV = (
-    f"blocks.parquet has every row; with more than {MOST_CSV:,} blocks, blocks.csv is written only with --csv"
-)
+NO_CSV = f"tables of more than {MOST_CSV:,} blocks are written as .parquet only; --csv adds the .csv"
 
 ROW_GROUP = 2**17
 """Rows that a reader of Parquet files takes at a time."""
