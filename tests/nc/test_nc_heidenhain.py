@@ -161,6 +161,39 @@ def test_departure_on_a_line_an_arc_and_perpendicular():
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "block",
+    [
+        "DEP LT",
+        "DEP LN",
+        "DEP CT R5",
+        "DEP CT CCA0 R5",
+        "DEP CT CCA90",
+        "DEP CT CCA90 R0",
+        "DEP LCT X+50 Y+50",
+    ],
+)
+def test_an_approach_or_departure_without_its_size_is_refused(block):
+    """Without CCA the arc ended where it began: a full circle; without R or LEN it was left out."""
+    before = "L X+0 Y+0 R0 F100 M3\nL X+20\n"
+    program = read(before + block)
+    assert codes(program) == ["E109"] and path(program) == path(read(before))
+    program = read(
+        f"L X+0 Y+0 R0 F100 M3\n{block.replace('DEP', 'APPR').replace(' X+50 Y+50', '')} X+9 Y+9 RL\nL X+40\nL X+50"
+    )
+    assert "E109" in codes(program) and all(move.center is None for move in program.moves)
+
+
+@pytest.mark.parametrize("side", ["R0", "RL"])
+@pytest.mark.parametrize("block", ["DEP LT LEN5", "DEP LN LEN5", "DEP CT CCA90 R5", "CT X+40 Y+20"])
+def test_a_tangent_after_a_move_along_the_tool_is_not_known(block, side):
+    """It was taken as nought: no way out, a straight line instead of CT, an arc about its own start."""
+    before = f"L X+0 Y+0 R0 F100 M3\nL X+20 {side}\nL Z-5\n"
+    program = read(before + block + "\nL Z+50 R0 FMAX")
+    assert {"E302", "E352"} & set(codes(program))
+    assert [move for move in program.moves if move.line == program.findings[0].line] == []
+
+
 def test_approach_lct_touches_its_arc():
     program = read("L X-20 Y-20 R0 FMAX\nAPPR LCT X+10 Y+10 R8 RL F300\nL Y+70\nL X+90")
     line, arc = program.moves[1:3]

@@ -322,8 +322,10 @@ class Pen(Placing):
         self.corner = Corner(kind, size, feed, soft)
 
     def heading(self) -> Pair | None:
-        """Unit tangent in the plane where the last segment ended."""
-        return None if self.held is None else tangents(segment(self.held, self.plane))[1]
+        """Unit tangent in the plane where the last segment ended; None where it went nowhere in the plane."""
+        if self.held is None or not self._is_planar(self.held):
+            return None
+        return tangents(segment(self.held, self.plane))[1]
 
     def _is_planar(self, move: Move) -> bool:
         """Whether it goes anywhere in the plane."""

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from vmachining.nc.heidenhain.control import Control
 
 AXES: Final = {"X": 0, "Y": 1, "Z": 2}
+_SIZES: Final = {"LT": ("LEN",), "LN": ("LEN",), "CT": ("R", "CCA"), "LCT": ("R",)}
+"""Words of approaches and departures without which their shape is not known."""
 
 
 class Contour:
@@ -237,7 +239,7 @@ class Contour:
         polar = kind.startswith("P")
         kind = kind.removeprefix("P")
         end = self.polar(words) if polar else put(self.pen.at, self.target(words)[0])
-        length, radius, angle = self._sizes(words)
+        length, radius, angle = self._sizes("APPR", kind, words)
         a, b, normal = pen.plane.first, pen.plane.second, pen.plane.normal
         goal, came = (end[a], end[b]), (pen.at[a], pen.at[b])
         free = side if side else (pen.compensation.side if pen.compensation else 1)
@@ -323,10 +325,10 @@ class Contour:
         pen = self.pen
         t = pen.heading()
         if t is None:
-            raise PenError("E352", "DEP has no contour element before it", "DEP")
+            raise PenError("E352", "DEP has no contour element before it that gives a tangent", "DEP")
         polar = kind.startswith("P") and kind != "PLT"
         kind = kind.removeprefix("P")
-        length, radius, angle = self._sizes(words)
+        length, radius, angle = self._sizes("DEP", kind, words)
         a, b = pen.plane.first, pen.plane.second
         side = pen.compensation.side if pen.compensation else 0
         rho = pen.compensation.radius if pen.compensation else 0.0
@@ -362,14 +364,17 @@ class Contour:
         if pen.tip is not None:
             pen.at, pen.tip = pen.tip, None
 
-    def _sizes(self, words: list[Word]) -> tuple[float, float, float]:
+    def _sizes(self, head: str, kind: str, words: list[Word]) -> tuple[float, float, float]:
+        """LEN, R, CCA: those of its kind have to be there, a radius and an angle of an arc are not zero."""
         q, k = self.control.q, self.pen.scale
-        length = next((q.number(w.value) * k for w in words if w.key == "LEN"), 0.0)
-        radius = next((q.number(w.value) * k for w in words if w.key == "R"), 0.0)
-        angle = next((q.number(w.value) for w in words if w.key == "CCA"), 0.0)
+        given = {w.key: q.number(w.value) for w in words if w.key in ("LEN", "R", "CCA")}
+        for key in _SIZES[kind]:
+            if not given.get(key) and (key not in given or key != "LEN"):
+                raise PenError("E109", f"{head} {kind} needs {key}", head, f"write {key}")
+        length, radius, angle = (given.get(key, 0.0) for key in ("LEN", "R", "CCA"))
         if length < 0.0 or not 0.0 <= angle <= 360.0:
             raise PenError("E109", "LEN is not negative, CCA lies between 0 and 360 degrees")
-        return length, radius, angle
+        return length * k, radius * k, angle
 
 
 def _tangent_arc(start: Pair, t: Pair, end: Pair) -> tuple[Pair, bool] | None:
