@@ -338,3 +338,26 @@ def test_a_block_parallel_to_an_axis():
     parts = ("0 PECKING", "1 SET UP 2", "2 DEPTH -5", "3 PECKG 5", "4 DWELL", "5 F90")
     old = "".join(f"CYCL DEF 1.{part}\n" for part in parts)
     assert codes(read(f"L Z+2 FMAX\n{old}X+5 R0 FMAX M99")) == []
+
+
+# ---- texts that are no numbers: they were left out, and what they belong to was taken as zero or cut short ----
+
+
+@pytest.mark.parametrize(
+    "block",
+    [
+        "CYCL DEF 7.1 X", "CYCL DEF 7.1 Y+1O", "CYCL DEF 7.1 X+5 B*3", "CYCL DEF 8.1 X FOO", "CYCL DEF 10.1 ROT+3O",
+        "CYCL DEF 11.1 SCL2 X", "CYCL DEF 19.1 A+10 B", "CYCL DEF 26.1 X2 Y", "TRANS DATUM AXIS X+10 FOO",
+        "PLANE SPATIAL SPA+10 SPB SPC+0 STAY", "PLANE SPATIAL SPA+10 SPB+2O SPC+0 STAY", "PLANE SPATIAL STAY",
+        "PLANE VECTOR BX1 BY0 BZ0 NX0 NY0.2 STAY", "PLANE POINTS P1X+0 P1Y+0 P1Z+0 P2X+10 P2Y+0 P2Z+1 P3X+0 P3Y+10 STAY",
+    ],
+)  # fmt: skip
+def test_a_garbled_coordinate_system_is_refused(block):
+    program = read(block + "\nL X+1 Y+2 Z+3 R0 FMAX")
+    assert codes(program) == ["E109"] and program.moves[-1].end == (1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize("value", ["Q203=-AX", "Q203=1O", "Q203", "Q203=", "Q203=1.2.3", "Q2O3=5"])
+def test_a_garbled_value_of_a_cycle_is_refused_with_its_holes(value):
+    program = read(DRILL.replace("Q203=0", value) + "L X+9 Y+9 R0 FMAX M99")
+    assert codes(program) == ["E109"] and min(move.end[2] for move in program.moves) > 0.0

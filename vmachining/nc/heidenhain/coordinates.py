@@ -10,10 +10,10 @@ from vmachining.nc.frames import EYE, IDENTITY, Rows, axis_turn, cross, matmul
 from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.flow import Flow
 from vmachining.nc.heidenhain.planes import euler, projected, spatial, vectors
-from vmachining.nc.heidenhain.text import TERM, words
-from vmachining.nc.refusal import PenError, refused
+from vmachining.nc.heidenhain.text import TERM, Word, words
+from vmachining.nc.refusal import PenError, misread, refused
 
-_ANGLE: Final = re.compile(rf"\b(I?[A-Z]{{1,6}})\s*{TERM}")
+_ANGLE: Final = re.compile(rf"\b(I?[A-Z]{{1,6}})\s*{TERM}(?![\w.])")
 _POINT: Final = re.compile(rf"\b(P[123][XYZ])\s*{TERM}")
 _TILTS: Final = ("q120", "q121", "q122")
 
@@ -22,6 +22,14 @@ _BY_ANGLES: Final[dict[str, tuple[Callable[[float, float, float], Rows], tuple[s
     "PROJECTED": (projected, ("PROPR", "PROMIN", "ROT")),
 }  # fmt: skip
 """Planes by three angles: their rotation, and the words of the angles."""
+
+
+def _whole(text: str) -> list[Word]:
+    """Words of a text that consists of nothing else."""
+    found, left = words(text)
+    if left:
+        raise misread(left[:40])
+    return found
 
 
 class Coordinates(Flow):
@@ -34,7 +42,7 @@ class Coordinates(Flow):
             what = "the datum table (cycle 7 with #) is not available"
             raise PenError("E208", what, rest[:20], "write the shift as X Y Z")
         given: dict[int, tuple[float, bool]] = {}
-        for word in words(rest)[0]:
+        for word in _whole(rest):
             if word.key in AXES:
                 given[AXES[word.key]] = self.q.number(word.value) * self.pen.scale, word.incremental
             elif word.key in "ABCUVW" and self.q.number(word.value) != 0.0:
@@ -43,7 +51,9 @@ class Coordinates(Flow):
             self._replan(lambda: self.planes.datum(given))
 
     def _cycle_8(self, rest: str) -> None:
-        letters = set(re.findall(r"[XYZABC]", rest))
+        letters = set(rest.replace(" ", ""))
+        if letters - set("XYZABC"):
+            raise misread(rest[:40])
         if letters & set("ABC"):
             raise PenError("E208", "mirrored rotary axes are not supported", rest[:20])
         factors = [-1.0 if letter in letters else 1.0 for letter in "XYZ"]
@@ -52,7 +62,7 @@ class Coordinates(Flow):
     rotation = 0.0
 
     def _cycle_10(self, rest: str) -> None:
-        found = re.search(rf"(I?)ROT\s*{TERM}", rest)
+        found = re.fullmatch(rf"\s*(I?)ROT\s*{TERM}\s*", rest)
         if found is None:
             raise PenError("E109", f"'{rest[:40]}' of cycle 10 is not understood", rest[:40])
         angle = self.q.number(found[2]) + (self.rotation if found[1] else 0.0)
@@ -61,7 +71,7 @@ class Coordinates(Flow):
         self.rotation = angle
 
     def _cycle_11(self, rest: str) -> None:
-        found = re.search(rf"SCL\s*{TERM}", rest)
+        found = re.fullmatch(rf"\s*SCL\s*{TERM}\s*", rest)
         factor = self.q.number(found[1]) if found else 0.0
         if not 1e-6 <= factor <= 1e6:
             raise PenError("E109", "cycle 11 needs SCL with a factor above zero", rest[:20])
@@ -69,7 +79,7 @@ class Coordinates(Flow):
 
     def _cycle_26(self, rest: str) -> None:
         factors, pole = [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]
-        for word in words(rest.replace("CCX", " U").replace("CCY", " V"))[0]:
+        for word in _whole(rest.replace("CCX", " U").replace("CCY", " V")):
             if word.key in AXES:
                 factors[AXES[word.key]] = self.q.number(word.value)
             elif word.key in "UV":
@@ -82,7 +92,7 @@ class Coordinates(Flow):
         self._replan(lambda: self.planes.define("scale of axes", frame))
 
     def _cycle_19(self, rest: str) -> None:
-        angles = {w.key: self.q.number(w.value) for w in words(rest)[0] if w.key in "ABC"}
+        angles = {w.key: self.q.number(w.value) for w in _whole(rest) if w.key in "ABC"}
         self._tilt(spatial(*(angles.get(k, 0.0) for k in "ABC")), "stay")
 
     def _tilt(self, rows: Rows, how: str) -> None:
@@ -116,7 +126,12 @@ class Coordinates(Flow):
                 values[key] = self.q.number(value)
 
         def of(*names: str) -> list[float]:
-            return [values.get(name, 0.0) for name in names]
+            missing = next((name for name in names if name not in values), None)
+            if missing is not None:
+                raise PenError(
+                    "E109", f"PLANE {kind} needs {missing}", "PLANE", f"write {missing} and its number"
+                )
+            return [values[name] for name in names]
 
         if kind in _BY_ANGLES:
             turn, names = _BY_ANGLES[kind]

@@ -17,8 +17,10 @@ from vmachining.nc.refusal import PenError, misread, refused
 _SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\s*\.\s*(\d{1,2})\s*(.*)")
 _CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\b\s*(.*)")
 _VALUES: Final = re.compile(
-    r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|FAUTO|F[UZ]\s*[\d.]*|PREDEF))"
+    r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|FAUTO|F[UZ]\s*[\d.]*|PREDEF))(?![\d.A-PR-Z])"
 )
+_GARBLED: Final = re.compile(r"[^\s=]{0,20}\s*=\s*\S*|\bQ\d\S*")
+"""Beside the name of a cycle and its values: a value that is none."""
 _TOOL: Final = re.compile(r'TOOL\s+CALL\s*("[^"]*"|Q[SLR]?\d+|\d+(?:\.\d+)?)?\s*([XYZUVW](?![A-Z]))?\s*(.*)')
 _DELTA: Final = re.compile(rf"(DL|DR2|DR|VC|FZ|FU|S|F)\s*\(?\s*[:=]?\s*{TERM}")
 _ROUND: Final = re.compile(rf"\b(RI|DI|R|D|L|DIST)\s*{TERM}")
@@ -174,16 +176,17 @@ class Definitions(Coordinates):
             raise misread(text[:40])
         number = int(found[1])
         values: dict[str, float] = {}
-        if number in cycles.HOLES or number in milling.BUILT:
+        built = number in cycles.HOLES or number in milling.BUILT
+        if built:
             self.cycle = (-number, values)  # not the one before, where a value of this one is refused
-        for key, value in _VALUES.findall(found[2]):
-            values[key] = self._value(key, value.replace(" ", ""))
+        for key, value in self._pairs(found[2], whole=built or number in (220, 221, 247)):
+            values[key] = self._value(key, value)
             self.q.values[key] = values[key]
         if number == 247:
             self._preset(values.get("Q339", 0.0))
         elif number in (220, 221):
             self._pattern(number, values)
-        elif number in cycles.HOLES or number in milling.BUILT:
+        elif built:
             self.cycle = (number, values)
         elif number in (32, 239, 332, 392) or 400 <= number < 500:
             self._lose_measured(number)
@@ -226,8 +229,16 @@ class Definitions(Coordinates):
         found = re.match(r"GLOBAL\s+DEF\s+\d{3}\b(.*)", text)
         if found is None:
             raise misread(text[:40])
-        given = {key: self._value(key, value.replace(" ", "")) for key, value in _VALUES.findall(found[1])}
+        given = {key: self._value(key, value) for key, value in self._pairs(found[1])}
         self.predefined = {**(self.predefined or {}), **given}
+
+    @staticmethod
+    def _pairs(text: str, *, whole: bool = True) -> list[tuple[str, str]]:
+        """Parameters of a cycle and their values; whole : a part that is none of them is refused."""
+        wrong = _GARBLED.search(_VALUES.sub(" ", text))
+        if whole and wrong is not None:
+            raise misread(wrong[0].strip())
+        return [(key, value.replace(" ", "")) for key, value in _VALUES.findall(text)]
 
     def _do_preset(self, text: str) -> None:
         """PRESET SELECT #5 is cycle 247; KEEP TRANS leaves the transformations."""
