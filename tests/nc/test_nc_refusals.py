@@ -180,7 +180,7 @@ OTHERS = [  # dialect, program, code, line
     ("mts", "G81 Z-15 X3", "E207", 1),
     ("heidenhain", "BEGIN PGM T MM\nL X+1 FMAX M8\nEND PGM T MM", "I408", 2),
     ("heidenhain", "BEGIN PGM T MM\nCYCL DEF 247 DATUM Q339=1\nL X+1 FMAX\nEND PGM T MM", "I409", 2),
-    ("heidenhain", "BEGIN PGM T MM\nPLANE SPATIAL SPA+90 STAY\nL X+1 FMAX\nEND PGM T MM", "W365", 4),
+    ("heidenhain", "BEGIN PGM T MM\nPLANE SPATIAL SPA90 SPB0 SPC0 STAY\nL X+1 FMAX\nEND PGM T MM", "W365", 4),
     ("heidenhain", "BEGIN PGM T MM\nL Z-1 FMAX M91\nEND PGM T MM", "W366", 2),
     ("heidenhain", 'BEGIN PGM T MM\nTOOL CALL "D10" Z S1\nL X+1 FMAX\nEND PGM T MM', "W367", 2),
     (

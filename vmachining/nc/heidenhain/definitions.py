@@ -20,7 +20,7 @@ _VALUES: Final = re.compile(
     r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|FAUTO|F[UZ]\s*[\d.]*|PREDEF))(?![\d.A-PR-Z])"
 )
 _GARBLED: Final = re.compile(r"[^\s=]{0,20}\s*=\s*\S*|\bQ\d\S*")
-"""Beside the name of a cycle and its values: a value that is none."""
+"""What is left beside the name of a cycle and its values: a value that cannot be read."""
 _TOOL: Final = re.compile(r'TOOL\s+CALL\s*("[^"]*"|Q[SLR]?\d+|\d+(?:\.\d+)?)?\s*([XYZUVW](?![A-Z]))?\s*(.*)')
 _DELTA: Final = re.compile(rf"(DL|DR2|DR|VC|FZ|FU|S|F)\s*\(?\s*[:=]?\s*{TERM}")
 _ROUND: Final = re.compile(rf"\b(RI|DI|R|D|L|DIST)\s*{TERM}")
