@@ -11,6 +11,7 @@ from itertools import pairwise
 from math import pi
 from multiprocessing.connection import Connection
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -212,7 +213,7 @@ def test_a_stop_drops_what_is_under_way() -> None:
 
 
 @pytest.mark.slow  # 5 s
-def test_what_runs_in_a_process_of_its_own_cannot_take_us_with_it() -> None:
+def test_what_runs_in_a_separate_process_cannot_take_us_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
     flat = Sweep.along(FLAT, Line((0, 0, 0), (30, 0, 0)))
     (described,) = isolated_steps(built_sweep, flat, seconds=60.0)
     assert described.solids[0].volume == pytest.approx(flat.volume, rel=1e-9)
@@ -220,6 +221,11 @@ def test_what_runs_in_a_process_of_its_own_cannot_take_us_with_it() -> None:
         isolated(os.abort, seconds=60.0)
     with pytest.raises(EngineError, match=r"no answer within 0\.1 s"):
         isolated(time.sleep, 60.0, seconds=0.1)
+    elsewhere = ModuleType("elsewhere")
+    exec("def found_only_here(): pass", vars(elsewhere))
+    monkeypatch.setitem(sys.modules, "elsewhere", elsewhere)
+    with pytest.raises(EngineError, match="cannot be read: No module named 'elsewhere'"):
+        isolated(vars(elsewhere)["found_only_here"], seconds=60.0)
 
 
 def test_a_worker_that_cannot_be_asked_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:

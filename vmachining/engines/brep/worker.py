@@ -57,4 +57,7 @@ def serve(descriptor: int) -> None:
             question = line.recv()
         except (EOFError, OSError):
             return
+        except Exception as exc:  # names that exist only in the process that asks
+            say("EngineError", f"the question cannot be read: {exc}", None)
+            continue
         work(answer)

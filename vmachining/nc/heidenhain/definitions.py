@@ -234,7 +234,7 @@ class Definitions(Coordinates):
 
     @staticmethod
     def _pairs(text: str, *, whole: bool = True) -> list[tuple[str, str]]:
-        """Parameters of a cycle and their values; whole : a part that is none of them is refused."""
+        """Parameters of a cycle and their values; whole : refuse what is left over and looks like a value."""
         wrong = _GARBLED.search(_VALUES.sub(" ", text))
         if whole and wrong is not None:
             raise misread(wrong[0].strip())
