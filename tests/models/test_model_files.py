@@ -86,8 +86,13 @@ def test_readme_states_the_numbers_of_the_generator(name: str) -> None:
         assert number in text
 
 
-def test_the_wheel_carries_every_model_that_runs_and_no_reference_pack():
+def test_the_wheel_carries_every_model_that_runs_and_neither_what_makes_it_nor_the_reference_pack():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    carried = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
-    runs = {f"models/{job.parent.name}" for job in MODELS.glob("*/job.toml")}
-    assert carried == {name: f"vmachining/{name}" for name in runs}
+    wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
+    left_out = {path for pattern in wheel["exclude"] for path in ROOT.glob(pattern)}
+    assert "models" in wheel["only-include"]
+    assert wheel["sources"] == {"models": "vmachining/models"}
+    assert {job.parent for job in MODELS.glob("*/job.toml")}.isdisjoint(left_out)
+    assert MODELS / "reference_pack" in left_out
+    assert set(MODELS.glob("*/*.py")) <= left_out
+    assert not [path for path in left_out if path.is_file() and path.suffix != ".py"]

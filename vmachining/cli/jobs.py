@@ -393,10 +393,9 @@ def demo_models() -> dict[str, Path]:
     """Job of each shipped model by its name: inside an installed package, or next to it in a source tree."""
     package = Path(str(files("vmachining")))
     for root in (package / "models", package.parent / "models"):
-        # the reference set has a script and no job of its own
-        scripts = [path for path in sorted(root.glob("*/make.py")) if (path.parent / "job.toml").is_file()]
-        if scripts:
-            return {path.parent.name: path.parent / "job.toml" for path in scripts}
+        jobs = sorted(root.glob("*/job.toml"))
+        if jobs:
+            return {job.parent.name: job for job in jobs}
     raise InputError("no models are installed with this package")
 
 
