@@ -7,13 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from closedforms import FAMILIES, HI, LO, case_of, engine_for, slot
+from closedforms import FAMILIES, HI, LO, case_of, engine_for, segment, slot
 from scipy.stats import binom
 
 from vmachining import Sweep
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.dexel.rays import CONFIDENCE, RayEngine, lengths
 from vmachining.engines.protocol import Removal
+from vmachining.geometry import Line
+from vmachining.job.judges import RayWitness
 from vmachining.stock import BoxStock
 from vmachining.tool import BallNose
 
@@ -58,6 +60,17 @@ def test_the_width_asked_for_is_about_reached(want_rel: float) -> None:
         engine, members = engine_for(case, want_rel=want_rel, most=40_000)
         removal = engine.removed(members, seed=seed)
         assert 0.5 * (removal.hi - removal.lo) <= 2.0 * want_rel * case.truth
+
+
+def test_a_first_look_at_a_thin_chip_is_brief_and_the_second_is_not() -> None:
+    """A ball's slot made 0.02 mm deeper: looks of few rays, as a run takes them at tools that turn."""
+    tool, box = BallNose(diameter=6, length=40).profile, BoxStock((-10, -10, -10), (10, 10, 0))
+    slots = [Sweep.along(tool, Line((-20, 0, z), (20, 0, z))) for z in (-1.0, -1.02)]
+    truth = 20.0 * (segment(3.0, 1.02) - segment(3.0, 1.0))
+    looks = RayWitness(box, [[sweep] for sweep in slots], want_rel=4e-3, most=400)
+    brief, closer = (looks(1, again).removal for again in (False, True))
+    assert brief.lo <= truth <= brief.hi and closer.lo <= truth <= closer.hi
+    assert brief.width >= 5.0 * closer.width
 
 
 def test_what_was_cut_is_not_cut_again_and_volumes_add_up() -> None:

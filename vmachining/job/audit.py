@@ -25,8 +25,10 @@ EVERY, FEWEST, MOST = 150, 8, 100
 blocks, one by exact rays as five blocks of a tool that turns, so looks are a twentieth of the cut from 1,200 blocks on. How many,
 and which ones, is settled by their numbers and not by a clock, so that a run can be repeated to the last digit."""
 
-WANT_REL = 0.01
-"""Half width of intervals by exact rays, which take 15 to 300 ms for a block: one in `EVERY` at most is asked of them."""
+WANT_REL, MOST_RAYS = 0.01, 2000
+"""Half width of intervals by exact rays, and rays of a set in a first look, which takes 15 to 700 ms for a block: one in `EVERY`
+at most is asked of them. With so many rays, blocks of some tenths of a mm^3 reach this width; thin chips, which would take ten
+times as many, stay at a tenth of their volume. A second look may take forty times as many."""
 
 
 def audited(
@@ -61,7 +63,7 @@ def audited(
         """What exact rays say."""
         if not exact:
             sweeps = toolpath.sweeps_until(max(chosen), tools)
-            exact.append(RayWitness(stock, sweeps, want_rel=WANT_REL))
+            exact.append(RayWitness(stock, sweeps, want_rel=WANT_REL, most=MOST_RAYS))
         return exact[0](block, again=again)
 
     found = list[tuple[Any, ...]]()

@@ -58,13 +58,14 @@ class RayWitness:
     """What exact rays say of any block; it travels to worker processes.
 
     stock : of the job. blocks : what every block sweeps. slacks : mm^3 per block, see `widened`.
-    want_rel : half width of intervals asked for, relative.
+    want_rel : half width of intervals asked for, relative. most : rays of a set at most, in a first look.
     """
 
     stock: Stock
     blocks: Sequence[Sequence[Sweep]]
     slacks: Sequence[float] = ()
     want_rel: float = WANT_REL
+    most: int = MOST
     name: str = "dexel"
     _engine: RayEngine | None = field(default=None, repr=False)
     _members: list[list[int]] = field(default_factory=list, repr=False)
@@ -72,7 +73,7 @@ class RayWitness:
     def __call__(self, block: int, again: bool = False) -> Judge:
         """See `vmachining.engines.brep.removal.check.Witness`."""
         if self._engine is None:
-            self._engine = RayEngine(self.stock, want_rel=self.want_rel, most=MOST)
+            self._engine = RayEngine(self.stock, want_rel=self.want_rel, most=self.most)
             self._members = [
                 [self._engine.add(sweep, k) for sweep in each] for k, each in enumerate(self.blocks)
             ]
