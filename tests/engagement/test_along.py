@@ -117,6 +117,121 @@ def test_a_rib_between_two_angles_is_seen(low, high, side):
     assert seen.chips.area_rate == pytest.approx(60.0 * 2.0 * np.sqrt(1.0 - (low / 25.0) ** 2), rel=2e-3)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("high", [21.2, 21.0])
+def test_a_rib_beside_a_larger_contact_is_seen(side, high):
+    """A deeper slot leaves 1.2 or 1 mm beyond it: 4.9 or 4 degrees of a flat end of 50 mm, which cuts 114 degrees elsewhere."""
+    low, tool = 20.0, FlatEnd(diameter=50, length=50)
+    y = sorted((-30.0 * side, high * side))
+    stock = BoxStock((-60, y[0], -10), (60, y[1], 0))
+    sweeps, edge = Sweeps(stock), Edge(tool, bottom=True)
+    sweeps.add(FLAT.cutter, Line([-80, 15 * side, -6], [80, 15 * side, -6]))
+    sweeps.add(tool.cutter, Line([-30, 0, -2], [30, 0, -2]))
+    told = contact_along(sweeps, [(1, np.array([0.5]))], [edge]).chips(0)
+    wide = np.arcsin(10 / 25) + np.pi / 2 + np.arcsin(high / 25) - np.arcsin(low / 25)
+    assert told.fraction == pytest.approx(wide / (2 * np.pi), rel=1e-3)
+    assert told.ae == pytest.approx(25.0 + high, abs=2e-3)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_rib_thinner_than_a_cell_is_seen_where_the_edge_begins(side):
+    """Beside the tip of a ball of R = 10, 1 mm deep, a slot leaves 0.2 mm: closed forms, though a cell of the edge is 0.65 mm.
+
+    At phi the edge crosses the rib from r = 0.05 / sin(phi) to 0.25 / sin(phi), at most where it leaves the stock: the chip per
+    feed is cos(phi) times what it rises there.
+    """
+    low, high, tool = 0.05, 0.25, BallNose(diameter=20, length=60)
+    y = sorted((-9.0 * side, high * side))
+    slot = Line([-80, (low - 5.0) * side, -6], [80, (low - 5.0) * side, -6])
+    sweeps = Sweeps(BoxStock((-60, y[0], -10), (60, y[1], 0)))
+    sweeps.add(FLAT.cutter, slot)
+    sweeps.add(tool.cutter, Line([-30, 0, -1], [30, 0, -1]))
+    told = contact_along(sweeps, [(1, np.array([0.5]))], [Edge(tool, bottom=True)]).chips(0)
+    phi, leaves = np.linspace(0.0, 0.5 * np.pi, 2_000_001)[1:], np.sqrt(100.0 - 81.0)
+    ends = np.minimum(np.array([[low], [high]]) / np.sin(phi), leaves)
+    area = 60.0 * np.cos(phi) * np.diff(-np.sqrt(100.0 - ends**2), axis=0)[0]
+    assert told.area_rate == pytest.approx(area.max(), rel=2e-3)
+    assert told.fraction == pytest.approx(0.25 - np.arcsin(low / leaves) / (2 * np.pi), abs=1e-4)
+    assert told.planned == pytest.approx((area > 0.01 * area.max()).mean() / 4, abs=2e-4)
+    assert told.ae == pytest.approx(high - low, abs=4e-3)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("r", [8.0, 3.0, 1.0])
+@pytest.mark.parametrize("turns", [False, True])
+def test_a_floor_at_the_height_of_a_corner_is_not_cut(side, r, turns):
+    """A row beside a row: a bull nose lies on the floor before it, where an arc of r = 8 mm is 2.5e-4 mm long within 1e-9 mm.
+
+    Poses are known to 2e-7 mm, in which 3.6e-3 mm lie. It cuts from where its bottom leaves the disc of the row before.
+    """
+    tool = BullNose(diameter=40, corner_radius=r, length=60)
+    ends = [([-60, y * side, -3], [60, y * side, -3]) for y in (-5.0, 0.0)]
+    up = [0.0, 0.0, 1.0]
+    rows = [Turn.great_circle(Pose(a, up), Pose(b, up)) if turns else Line(a, b) for a, b in ends]
+    seen, _ = sample(tool, BoxStock([-50, -50, -10], [50, 50, 0]), rows[1], rows[:1])
+    beside = np.arcsin(1.0 - 5.0 / (20.0 - r)) / (2 * np.pi)
+    assert seen.chips.fraction == pytest.approx(0.25 - beside, abs=2e-3)
+
+
+@pytest.mark.parametrize("lead", [10.0, 4.0])
+@pytest.mark.parametrize("place", [(0.0, 0.0), (17.3, -4.1)])
+def test_a_flat_end_that_leans_forward_cuts_with_its_front(lead, place):
+    """Its lowest point is the front of its edge, which lies on two surfaces: the wall moves into material, the disc out of it.
+
+    At phi from the feed the wall cuts from s = 0 to (R sin(lead) cos(phi) - tip) / cos(lead), faster by L cos(lead) cos(phi).
+    """
+    lean, tool = np.radians(lead), FlatEnd(diameter=20, length=60)
+    a, high = np.array([np.sin(lean), 0.0, np.cos(lean)]), 10.0 * np.sin(lean)
+    start = np.array([*place, high - 0.5])  # 0.5 mm deep in front
+    path = Turn.great_circle(Pose(start, a), Pose(start + [6.0, 0.0, 0.0], a))
+    stock = BoxStock([-50, -50, -10], [80, 50, 0])
+    for at in (0.3, 1.0):
+        seen, _ = sample(tool, stock, path, at=at)
+        assert seen.chips.fraction == pytest.approx(np.arccos(1.0 - 0.5 / high) / np.pi, abs=1e-4)
+        assert seen.chips.area_rate == pytest.approx(3.0, rel=1e-3)
+
+
+def test_the_last_station_may_stand_at_the_origin():
+    """Sweeps without a closed form have no tip in their rows, which is not a tip at the origin that the tool came to before."""
+    tool, found = Taper(diameter=6, taper_deg=4, corner_radius=1, length=24), []
+    for x in (0.0, 0.25):
+        stock = BoxStock([x - 20, -10, -10], [x + 20, 10, 1])
+        before = [Line([x - 30, y, 0], [x + 30, y, 0]) for y in (-4.0, 12.0)]
+        found.append(sample(tool, stock, Line([x - 15, 0, 0], [x, 0, 0]), before, at=1.0)[0].chips)
+    assert found[0].fraction > 0.2 and found[0] == pytest.approx(found[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("degrees", [12.0, 8.0])
+def test_a_part_beside_the_sweep_before_it_is_not_leapt_over(degrees):
+    """A bull nose of D12 r1 that leans: what an earlier pass and the motion before it leave is 0.21 or 0.14 mm of its corner.
+
+    How fast the sweep before it recedes changes six times as fast along the corner as a distance: no step may be as long.
+    """
+    tool, a = (
+        BullNose(diameter=12, corner_radius=1, length=40),
+        np.array([0.3, 0.0, 1.0]) / np.hypot(0.3, 1.0),
+    )
+    e, y = np.array([a[2], 0.0, -a[0]]), np.array([0.0, 1.0, 0.0])
+    p = np.radians(-65.0 + degrees) + np.arccos(0.2)
+    o, before = (
+        0.4 * (np.cos(p) * e + np.sin(p) * a),
+        -8.0 * (np.sin(np.radians(65)) * e + np.cos(np.radians(65)) * a),
+    )
+    turns = [
+        Turn.great_circle(Pose(start, a), Pose(end, a))
+        for start, end in ((o - 12 * y, o + 12 * y), (before, 0 * e), (0 * e, 5 * e))
+    ]
+    stock = BoxStock([-40, -40, -20], [40, 40, 3])
+    seen, _ = sample(tool, stock, turns[2], turns[:2], at=0.0)
+    past = [Past(k, Sweep.along(tool.cutter, turn)) for k, turn in enumerate(turns[:2])]
+    edge, stance = Edge(tool, bottom=True), Stance.on(turns[2], 0.0)
+    dense = Engagement(
+        edge, stance, contact(edge, stance, RayWorkpiece(stock, past), [], angles=360), "dexel"
+    )
+    wide = np.ptp(dense.arcs, axis=1).sum() / (2 * np.pi)
+    assert wide > 0.2 and seen.chips.fraction == pytest.approx(wide, abs=0.06)
+
+
 def cases():
     """Tools, stocks, earlier passes and a block: pockets, arcs, ramps, three and five axes."""
     bull, ball = BullNose(diameter=12, corner_radius=3, length=50), BallNose(diameter=8, length=50)

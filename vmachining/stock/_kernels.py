@@ -64,15 +64,15 @@ def distance(p, x, y, z):
 
 
 @leaf
-def mesh_distance(p, a, b, c, normals, boxes, stack, square, first):
+def mesh_distance(p, a, b, c, normals, boxes, stack, square, first, reach):
     """Signed distance of a point, negative inside, and the triangle that is nearest; `first` is looked at first.
 
-    stack, square (128,): work space.
+    reach, first : where no triangle is nearer than `reach`. stack, square (128,): work space.
     """
     leaves = (len(boxes) + 1) // 2
     triangle = first
     x, y, z, feature = nearest_on(p, a[triangle], b[triangle], c[triangle])
-    best = distance(p, x, y, z)
+    best = min(distance(p, x, y, z), reach)
     stack[0], square[0] = 0, box_square(p, boxes[0])
     top = 1
     while top > 0:
@@ -96,6 +96,8 @@ def mesh_distance(p, a, b, c, normals, boxes, stack, square, first):
             if d < best:
                 best, triangle, feature = d, j, what
                 x, y, z = u, v, w
+    if best >= reach:
+        return reach, first
     n = normals[triangle, feature]
     side = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2]
     return (best if side >= 0.0 else -best), triangle
@@ -107,7 +109,7 @@ def mesh_distances(points, a, b, c, normals, boxes, out) -> None:
     stack, square = np.empty(128, dtype=np.int64), np.empty(128)
     triangle = 0
     for i in range(len(points)):  # the nearest triangle of the last point first
-        out[i], triangle = mesh_distance(points[i], a, b, c, normals, boxes, stack, square, triangle)
+        out[i], triangle = mesh_distance(points[i], a, b, c, normals, boxes, stack, square, triangle, np.inf)
 
 
 @kernel

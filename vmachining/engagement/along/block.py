@@ -15,37 +15,24 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engagement.along.kernels.edge_kernels import NODES, VALUES, Scene, Work
+from vmachining.engagement.along.kernels.edge_kernels import VALUES
 from vmachining.engagement.along.kernels.margin_kernels import Blade, Room
+from vmachining.engagement.along.kernels.point_kernels import NODES, Scene, Work
 from vmachining.engagement.along.kernels.resample_kernels import resample
 from vmachining.engagement.along.kernels.tile_kernels import Tiles
 from vmachining.engagement.along.kernels.turn_kernels import COLUMNS, GRID, ROOM, Turn
-from vmachining.engagement.along.kernels.walk_kernels import Kept, replay, walk
+from vmachining.engagement.along.kernels.walk_kernels import Kept, Stops, replay, walk
 from vmachining.engagement.along.sweeps import Sweeps
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Motion, Stance, Sweep
 from vmachining.tool import Edge
 
-ANGLES = 72
-"""Rotation angles at which forces are summed, at least; angles where values jump come to it."""
-
+ANGLES = 72  # at which forces are summed, at least; angles where values jump come to it
 MOST_SAMPLES = 16
-
-BEHIND_MM = 0.02
-"""A motion's own sweep ends this far behind the tool, which stands on it: no pose nearer than that covers more than
-4e-4 / R mm of what lies ahead."""
-
-BEFORE_END_MM = 1e-4
-"""The last place of a block is looked at this far before its end: there the tool may touch a wall that it never enters."""
-
-TILES, PER_RADIUS = 256, 4
-"""Tiles along the longer side at most, and to a radius."""
-
-PARTS = 16
-"""Parts of the edge that cut at one angle; more of them make the table grow."""
-
-LIST = 4096
-"""Sweeps near one station, to begin with."""
+BEHIND_MM = 0.02  # a motion's own sweep ends behind the tool: no nearer pose covers more than 4e-4 / R mm of what lies ahead
+BEFORE_END_MM = 1e-4  # of a block, its last place: at the end the tool may touch a wall that it never enters
+TILES, PER_RADIUS = 256, 4  # tiles along the longer side at most, and to a radius
+PARTS, LIST = 16, 4096  # parts of the edge that cut at one angle, sweeps near one station, to begin with
 
 
 class Teeth(NamedTuple):
@@ -252,13 +239,14 @@ def contact_along(
     )
     radius = min(edge.profile.max_radius for edge in edges)
     walker = _Walk(sweeps, boxes, asked[0][0], radius)
+    stops = Stops(sweeps.cuts, station, extra, nows, tips, boxes, columns)
     kept, kept_of = [], np.zeros(total, dtype=np.int64)
     tool = np.repeat([id(edge) for edge in edges], counts)
     for _, group in groupby(range(total), key=lambda j: int(tool[j])):
         mine = list(group)
         edge = edges[int(np.searchsorted(np.cumsum(counts), mine[0], side="right"))]
         run = slice(mine[0], mine[-1] + 1)
-        kept.append(walker.run(edge, station, extra, nows, tips, boxes, run, keep, columns))
+        kept.append(walker.run(edge, stops, run, keep))
         kept_of[run] = len(kept) - 1
     sweeps.pop_to(counted)
     return Seen(motion, at, nows, columns, tuple(kept), kept_of)
@@ -295,7 +283,7 @@ class _Walk:
         self.mark = np.array([0, begin])
         self.tile_row = np.empty(8)
         self.room = Room(
-            np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros(4), np.zeros(128, np.int64),
+            np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros(5), np.zeros(128, np.int64),
             np.zeros(128), np.zeros(2, np.int64),
         )  # fmt: skip
         self.turn = Turn(
@@ -316,41 +304,27 @@ class _Walk:
             bound=np.concatenate([old.bound, np.zeros_like(old.bound)]),
         )
 
-    def run(
-        self,
-        edge: Edge,
-        station: Floats,
-        extra: Ints,
-        nows: Floats,
-        tips: Floats,
-        boxes: Floats,
-        run: slice,
-        keep: bool,
-        result: Floats,
-    ) -> Kept:
+    def run(self, edge: Edge, stops: Stops, run: slice, keep: bool) -> Kept:
         """Stations of one tool."""
-        n, total = run.stop - run.start, len(station)
+        n, total = run.stop - run.start, len(stops.station)
         size = 80 * n + 2 * ROOM if keep else 0
         kept = Kept(
             np.zeros((total if keep else 0, 3), np.int64), np.empty(size), np.empty((size, 2), np.int64),
             np.empty((4 * size + (ROOM * PARTS if keep else 0), 3)), np.zeros(2, np.int64),
         )  # fmt: skip
-        first, cutter = run.start, self.sweeps.motions[int(station[run.start, 0])][0]
+        first, cutter = run.start, self.sweeps.motions[int(stops.station[run.start, 0])][0]
         tool, world = self.sweeps.tool_of(cutter), self.sweeps.world
         shape = blade(edge)
         while True:
-            work = Work(
-                np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES),
-                np.empty(NODES), np.empty(self.list, np.int64), np.empty(self.list + 1),
-                np.empty(self.list, np.int64), np.empty(self.list, np.int64), np.empty(self.list, np.int64),
-                np.empty(self.turn.part.shape[1:]),
-                self.slot, self.seen, self.clock,
-            )  # fmt: skip
+            work = Work._make((
+                *np.empty((6, NODES)), np.empty(self.list, np.int64), np.empty(self.list + 1),
+                *np.empty((3, self.list), np.int64), np.empty(self.turn.part.shape[1:]), self.slot, self.seen, self.clock,
+            ))  # fmt: skip
             scene = Scene(self.rows, self.tiles, world, shape, work, self.room)
+            mine = stops._replace(station=stops.station[: run.stop])
             first = walk(
-                scene, self.turn, self.tiles, first, self.sweeps.cuts, station[: run.stop], extra, nows, tips, boxes, tool,
-                cutter.max_radius, len(self.rows.kind) - 1, self.mark, kept, self.tile_row, result,
-            )  # fmt: skip
+                scene, self.turn, mine, kept, first, tool, cutter.max_radius, self.mark, self.tile_row
+            )
             if first >= run.stop:
                 return kept
             # one of the tables is full, none of them small: all of them grow

@@ -31,15 +31,9 @@ from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Profile
 
 QUARTER = 0.5 * np.pi
-WIDTH = 35
-"""Columns of a row, see the kernels."""
-
-
-CUBIC_MM = 5e-8
-"""How far cubics of a pose may be off its motion."""
-
-BEND_MM = 2e-3
-"""What a minimum of the distance over poses may hide, see the kernels: more is divided."""
+WIDTH = 41  # columns of a row, see the kernels
+CUBIC_MM = 5e-8  # how far cubics of a pose may be off its motion
+BEND_MM = 2e-3  # what a minimum of the distance over poses may hide, see the kernels: more is divided
 
 
 class Corner(NamedTuple):
@@ -178,7 +172,8 @@ class Sweeps:
         if kinds[0] == EXACT:
             sweep = Sweep.along(cutter, path)
             exact[0], box, own = self.push(sweep), sweep.bounds.reshape(1, 6), 2 * own
-        self._put((kinds, num, box), -1 if isinstance(path, Turn) else tool, exact)
+            tool = -1 if isinstance(path, Turn) else tool
+        self._put((kinds, num, box), tool, exact)
         self._cuts.add(np.array([[first, self._rows[0].count, own]]))
         self.motions.append((cutter, path))
 
@@ -343,6 +338,7 @@ def _posed(path: Turn, corner: Corner) -> tuple[Ints, Floats, Floats]:
     q[:, 14:16], q[:, 26] = ends[:, :2], ends[:, 2]
     q[:, 19], q[:, 33] = bend * step**2, SLIDING_MM
     q[:, 34] = 0.5 * step * (speed + turn * far)
+    q[:, 35:38], q[:, 38:41] = tip.at(share[:-1] + 0.5 * step), axis.at(share[:-1] + 0.5 * step)
     least = np.where(hull[1].min(axis=1) * hull[1].max(axis=1) > 0.0, np.abs(hull[1]).min(axis=1), 0.0)
     side = wide * np.sqrt(np.maximum(1.0 - least**2, 0.0)) + 1e-6
     points = np.concatenate([hull[0], hull[0] + high * hull[1]], axis=1)

@@ -10,7 +10,8 @@
 # POSES, a cutter with a wall that may lean by tau and with a top at w = H, whose tip and axis are cubics of t: 0 tip (3), its
 #   coefficients of t, t^2, t^3 (3 each), 12 cosine and sine of tau, 14 end x y, 16 rc, 17 r, 18 H, 19 bend (mm, how far minima
 #   over t may lie below a convex function), 20 axis (3), 23 coefficient of t (3), 26 end z, 27 of t^2 (3), 30 of t^3 (3), 33
-#   depth up to which a point counts as on the surface, 34 way of any point of the cutter to the middle of the motion, at most.
+#   depth up to which a point counts as on the surface, 34 way of any point of the cutter to the middle of the motion, at most,
+#   35 tip and 38 axis there (3 each).
 
 from typing import NamedTuple
 
@@ -21,12 +22,13 @@ from vmachining.engagement.along.kernels.margin_kernels import sweep_gap
 from vmachining.jit import leaf
 
 BALL, LEVEL, CIRCLE, RAMP, HELIX, EXACT, POSES = 0, 1, 2, 3, 4, 5, 6
-FINE, COARSE = 1e-10, 1e-4  # mm: how well minima over a motion are known near the surface, and elsewhere
-NEAR = 0.01  # mm: from the surface
+# mm: how well minima over a motion are known near it, and outside
+FINE, FINE_POSE, COARSE = 1e-10, 1e-8, 1e-4
+SHARE = 0.01  # of the distance, the same
 
 
 class Rows(NamedTuple):
-    """Sweeps in program order. kind, tool, exact (row of the World, -1) : (n,). num : (n, 35), see the legend. box : (n, 6)."""
+    """Sweeps in program order. kind, tool, exact (row of the World, -1) : (n,). num : (n, 41), see the legend. box : (n, 6)."""
 
     kind: NDArray[np.int64]
     tool: NDArray[np.int64]
@@ -78,47 +80,6 @@ def at_helix(q, away, along, lead, z, t):
 
 
 @leaf
-def least(q, helix, best, x, y, z, away, along, lead):
-    """The smaller of `best` and the minimum of g over the motion, whose slope rises from end to end or nearly so.
-
-    Secants in a bracket of the slope, every third step halved; given up where all that the bracket can hold exceeds `best`.
-    """
-    low, high = 0.0, 1.0
-    if helix:
-        d0, s0 = at_helix(q, away, along, lead, z, 0.0)
-        d1, s1 = at_helix(q, away, along, lead, z, 1.0)
-    else:
-        d0, s0 = at_ramp(q, x, y, z, 0.0)
-        d1, s1 = at_ramp(q, x, y, z, 1.0)
-    best = min(best, min(d0, d1))
-    if not (s0 < 0.0 < s1):
-        return best
-    found = min(d0, d1)
-    for step in range(60):
-        width = high - low
-        # on a convex function the two tangents bound it from below where they meet; a quarter of a helix is nearly so
-        floor = found - min(-s0, s1) * width if helix else (d0 * s1 - d1 * s0 + s0 * s1 * width) / (s1 - s0)
-        fine = COARSE if abs(found) > NEAR else FINE
-        if found - floor <= fine or floor > best or width < 1e-13:
-            break
-        t = low - s0 * width / (s1 - s0) if step % 3 != 2 else 0.5 * (low + high)
-        if not low < t < high:
-            t = 0.5 * (low + high)
-        if helix:
-            d, s = at_helix(q, away, along, lead, z, t)
-        else:
-            d, s = at_ramp(q, x, y, z, t)
-        found = min(found, d)
-        if s < 0.0:
-            low, d0, s0 = t, d, s
-        elif s > 0.0:
-            high, d1, s1 = t, d, s
-        else:
-            break
-    return min(best, found)
-
-
-@leaf
 def at_pose(q, x, y, z, t):
     """Distance of a point to the cutter at one pose, and its derivative with t."""
     dx = x - q[0] - t * (q[3] + t * (q[6] + t * q[9]))
@@ -154,51 +115,109 @@ def at_pose(q, x, y, z, t):
 
 
 @leaf
-def valley(q, best, x, y, z, low, high, d0, s0, d1, s1):
-    """The smaller of `best` and the minimum over poses between two whose slopes lead down to what lies between."""
+def midway(q, x, y, z):
+    """Distance of a point to the cutter in the middle of its poses; to the others it differs by less than q[34]."""
+    dx, dy, dz = x - q[35], y - q[36], z - q[37]
+    w = dx * q[38] + dy * q[39] + dz * q[40]
+    u, v = np.sqrt(max(dx * dx + dy * dy + dz * dz - w * w, 0.0)) - q[16], q[17] - w
+    d = max(u * q[12] + v * q[13], v)
+    if u > 0.0 and v * q[12] - u * q[13] > 0.0:
+        d = np.sqrt(u * u + v * v)
+    return max(d - q[17], w - q[18])
+
+
+@leaf
+def at_time(q, kind, at, t):
+    """Distance to the cutter at one time of a motion, and its derivative with t.
+
+    at : the point; from the start for RAMP and HELIX, whose last numbers are those of `at_helix`.
+    """
+    if kind == POSES:
+        return at_pose(q, at[0], at[1], at[2], t)
+    if kind == HELIX:
+        return at_helix(q, at[3], at[4], at[5], at[2], t)
+    return at_ramp(q, at[0], at[1], at[2], t)
+
+
+@leaf
+def valley(q, kind, best, at, low, high, d0, s0, d1, s1):
+    """The smaller of `best` and the least distance between two times whose slopes lead down to what lies between.
+
+    Secants in a bracket of the slope, where an end that stays counts half (Illinois), every fourth step halved; given up where
+    all that the bracket can hold exceeds `best`.
+    """
     found = min(d0, d1)
     best = min(best, found)
+    bend, finest = (4.0 * q[19], FINE_POSE) if kind == POSES else (0.0, FINE)
+    f, g, side = s0, s1, 0
     for step in range(60):
         width = high - low
+        # on a convex function the two tangents bound it from below where they meet; a quarter of a helix is nearly so
         floor = (d0 * s1 - d1 * s0 + s0 * s1 * width) / (s1 - s0)
-        fine = COARSE if abs(found) > NEAR else FINE
-        if found - floor <= fine or floor - 4.0 * q[19] * width * width > best or width < 1e-9:
+        if kind == HELIX:
+            floor = found - min(-s0, s1) * width
+        fine = max(finest, SHARE * -found if found < 0.0 else min(COARSE, SHARE * found))
+        if found - floor <= fine or floor - bend * width * width > best or width < 1e-13:
             break
-        t = low - s0 * width / (s1 - s0) if step % 3 != 2 else 0.5 * (low + high)
+        t = low - f * width / (g - f) if step % 4 != 3 else 0.5 * (low + high)
         if not low < t < high:
             t = 0.5 * (low + high)
-        d, s = at_pose(q, x, y, z, t)
+        d, s = at_time(q, kind, at, t)
         found = min(found, d)
         if s < 0.0:
-            low, d0, s0 = t, d, s
+            low, d0, s0, f = t, d, s, s
+            g = 0.5 * g if side < 0 else s1
+            side = -1
         elif s > 0.0:
-            high, d1, s1 = t, d, s
+            high, d1, s1, g = t, d, s, s
+            f = 0.5 * f if side > 0 else s0
+            side = 1
         else:
             break
     return min(best, found)
 
 
 @leaf
+def moving(q, kind, best, at):
+    """The smaller of `best` and the least distance on a line or a helix, whose slope rises from end to end or nearly so."""
+    d0, s0 = at_time(q, kind, at, 0.0)
+    d1, s1 = at_time(q, kind, at, 1.0)
+    if s0 < 0.0 < s1:
+        return valley(q, kind, best, at, 0.0, 1.0, d0, s0, d1, s1)
+    return min(best, min(d0, d1))
+
+
+@leaf
 def among_poses(q, best, x, y, z):
     """The smaller of `best` and the distance to a cutter on all its poses.
 
-    Slopes fall by 8 `bend` at most: where those at the ends do not lead down to what lies between, and do not forbid a minimum
-    there, the middle is asked, once. Such a minimum lies at most 4 `bend` deeper than the ends (d falls by 4 bend t^2 from a
-    level start, and may rise in a kink at its end), beside the middle at most `bend`.
+    Slopes fall by 8 `bend` at most, so at the share t from an end where the distance is d and its slope into the motion u, it is
+    d + u t - 4 bend t^2 at least: mostly the end that is nearer tells all. Where slopes at both ends do not lead down to what
+    lies between, and do not forbid a minimum there, the middle is asked, once. Such a minimum lies at most 4 `bend` deeper than
+    the ends (a kink may rise at its end), beside the middle at most `bend`.
     """
-    d0, s0 = at_pose(q, x, y, z, 0.0)
-    d1, s1 = at_pose(q, x, y, z, 1.0)
+    bend, at = q[19], (x, y, z, 0.0, 0.0, 0.0)
+    # the end that the chord of the tip leads to, from the point
+    x1, y1, z1 = q[14] - q[0], q[15] - q[1], q[26] - q[2]
+    late = (x - q[0]) * x1 + (y - q[1]) * y1 + (z - q[2]) * z1 > 0.5 * (x1 * x1 + y1 * y1 + z1 * z1)
+    d1, s1 = at_pose(q, x, y, z, 1.0 if late else 0.0)
+    best = min(best, d1)
+    if d1 + min((-s1 if late else s1) - 4.0 * bend, 0.0) >= best:
+        return best
+    d0, s0 = at_pose(q, x, y, z, 0.0 if late else 1.0)
+    if not late:
+        d0, s0, d1, s1 = d1, s1, d0, s0
     if s0 < 0.0 < s1:
-        return valley(q, best, x, y, z, 0.0, 1.0, d0, s0, d1, s1)
+        return valley(q, POSES, best, at, 0.0, 1.0, d0, s0, d1, s1)
     best = min(best, min(d0, d1))
-    if q[19] < FINE or min(d0, d1) - 4.0 * q[19] > best or max(s0, 0.0) - min(s1, 0.0) >= 8.0 * q[19]:
+    if bend < FINE or min(d0, d1) - 4.0 * bend > best or max(s0, 0.0) - min(s1, 0.0) >= 8.0 * bend:
         return best
     d, s = at_pose(q, x, y, z, 0.5)
     best = min(best, d)
     if s0 < 0.0 < s:
-        best = valley(q, best, x, y, z, 0.0, 0.5, d0, s0, d, s)
+        best = valley(q, POSES, best, at, 0.0, 0.5, d0, s0, d, s)
     if s < 0.0 < s1:
-        best = valley(q, best, x, y, z, 0.5, 1.0, d, s, d1, s1)
+        best = valley(q, POSES, best, at, 0.5, 1.0, d, s, d1, s1)
     return best
 
 
@@ -214,11 +233,17 @@ def path_gap(q, x, y):
 
 
 @leaf
+def touch(rows, world, k):
+    """Depth up to which a sweep does not cover a point, mm."""
+    kind = rows.kind[k]
+    return rows.num[k, 33] if kind == POSES else world.tol[rows.exact[k], 1] if kind == EXACT else 0.0
+
+
+@leaf
 def exact(rows, world, k, x, y, z, best, room):
     """The smaller of `best` and the distance of one point to a sweep without a closed form."""
-    e = rows.exact[k]
-    touch = world.tol[e, 1]
-    return min(best, sweep_gap(world, e, x, y, z, best - touch, room) + touch)
+    tol = touch(rows, world, k)
+    return min(best, sweep_gap(world, rows.exact[k], x, y, z, best - tol, room) + tol)
 
 
 @leaf
@@ -241,7 +266,7 @@ def gap(num, kind, k, x, y, z, best):
         lead = np.arctan2(cy, cx) - q[9]
         middle = 0.5 * q[10]
         lead -= 2.0 * np.pi * np.rint((lead - middle) / (2.0 * np.pi))
-        return least(q, True, best, 0.0, 0.0, z - q[2], away, 2.0 * reach * q[8], lead)
+        return moving(q, HELIX, best, (0.0, 0.0, z - q[2], away, 2.0 * reach * q[8], lead))
     x, y, z = x - q[0], y - q[1], z - q[2]
     if kind == RAMP:
         t = 0.0
@@ -250,7 +275,7 @@ def gap(num, kind, k, x, y, z, best):
         a, b = x - t * q[3], y - t * q[4]
         if rounded(np.sqrt(a * a + b * b), z + q[2] - q[27], q[16], q[17]) >= best:
             return best  # lower than the tool ever comes by more than is known
-        return least(q, False, best, x, y, z, 0.0, 0.0, 0.0)
+        return moving(q, RAMP, best, (x, y, z, 0.0, 0.0, 0.0))
     t = 0.0
     if q[18] > 0.0:
         t = min(max((x * q[3] + y * q[4]) / q[18], 0.0), 1.0)
@@ -266,8 +291,9 @@ def gap(num, kind, k, x, y, z, best):
 
 
 @leaf
-def lower(num, kind, k, x, y, z, m, n):
-    """m[i] becomes the smaller of itself and the signed distance of point i to sweep k, for n points; see `gap`."""
+def lower(num, kind, k, x, y, z, m, who, c, n):
+    """m[i] becomes the smaller of itself and the signed distance of point i to sweep k, for n points, and who[i] c where
+    it does; see `gap`."""
     q = num[k]
     x0, y0, z0, dx, dy, dz = q[0], q[1], q[2], q[3], q[4], q[5]
     rc, r = q[16], q[17]
@@ -283,7 +309,9 @@ def lower(num, kind, k, x, y, z, m, n):
             bx, by, bz = px - s * dx, py - s * dy, pz - s * dz
             side = ax * ax + ay * ay
             deep = bx * bx + by * by + bz * bz
-            m[i] = min(m[i], np.sqrt(side if pz >= t * dz else deep) - r)
+            d = np.sqrt(side if pz >= t * dz else deep) - r
+            less = d < m[i]
+            m[i], who[i] = d if less else m[i], c if less else who[i]
     elif kind == LEVEL:
         plan = 1.0 / q[18] if q[18] > 0.0 else 0.0
         for i in range(n):
@@ -292,7 +320,9 @@ def lower(num, kind, k, x, y, z, m, n):
             ax, ay = px - t * dx, py - t * dy
             u, v = np.sqrt(ax * ax + ay * ay) - rc, r - (z[i] - z0)
             a, b = max(u, 0.0), max(v, 0.0)
-            m[i] = min(m[i], np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r)
+            d = np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r
+            less = d < m[i]
+            m[i], who[i] = d if less else m[i], c if less else who[i]
     elif kind == CIRCLE:
         cx, cy, radius, bx, by, cos = q[6], q[7], q[8], q[11], q[12], q[13]
         ex, ey = q[14] - cx, q[15] - cy
@@ -306,7 +336,11 @@ def lower(num, kind, k, x, y, z, m, n):
             rho = np.sqrt(away * away if px * bx + py * by >= reach * cos else ends)
             u, v = rho - rc, r - (z[i] - z0)
             a, b = max(u, 0.0), max(v, 0.0)
-            m[i] = min(m[i], np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r)
+            d = np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r
+            less = d < m[i]
+            m[i], who[i] = d if less else m[i], c if less else who[i]
     else:
         for i in range(n):
-            m[i] = gap(num, kind, k, x[i], y[i], z[i], m[i])
+            d = gap(num, kind, k, x[i], y[i], z[i], m[i])
+            less = d < m[i]
+            m[i], who[i] = d if less else m[i], c if less else who[i]

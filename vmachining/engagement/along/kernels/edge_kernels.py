@@ -1,213 +1,47 @@
 # What an edge cuts at one rotation angle: parts of its meridian, their chip and their extent.
 #
-# Legend: blade, now as in margin_kernels.py. Margin m of a point, mm: the least of its depth in the stock and of its signed
-#   distances to the sweeps; a point that faces, N.V > 0, cuts where m > -TAU. Every distance changes by at most 1 mm per mm, so
-#   zeros are interpolated between nodes. near, mode (count,): sweeps that may matter here; mode 1: the sweep ends at the tip,
-#   2: it begins there. Such a sweep touches the tool all over; R N.V of its end, or -R N.V of its beginning, has its sign.
-# values (VALUES,) of an angle: chip area and thickness per unit of the block, highest z, -lowest z, most to one side of the
-#   feed and to the other, largest margin met.
-
-from typing import NamedTuple
+# Legend: see point_kernels.py. values (VALUES,) of an angle: chip area and thickness per unit of the block, highest z, -lowest
+#   z, most to one side of the feed and to the other, largest margin met.
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vmachining.engagement.along.kernels.distance_kernels import (
-    CIRCLE,
-    EXACT,
-    HELIX,
-    POSES,
-    Rows,
-    at_pose,
-    exact,
-    gap,
-    lower,
+from vmachining.engagement.along.kernels.distance_kernels import EXACT, POSES, lower, midway, touch
+from vmachining.engagement.along.kernels.margin_kernels import FAR, edge_point, into, mesh_depth, turned
+from vmachining.engagement.along.kernels.point_kernels import (
+    DEEP,
+    FLAT,
+    NODES,
+    TAU,
+    depth,
+    gap_of,
+    margin_at,
+    margin_on,
+    may_end,
+    place,
 )
-from vmachining.engagement.along.kernels.margin_kernels import (
-    FAR,
-    Blade,
-    Room,
-    World,
-    box_gap,
-    edge_point,
-    into,
-    mesh_gap,
+from vmachining.engagement.along.kernels.stretch_kernels import (
+    below,
+    facing,
+    following,
+    spaced,
+    standing,
+    under,
 )
-from vmachining.engagement.along.kernels.stretch_kernels import below, facing, standing, under
-from vmachining.engagement.along.kernels.tile_kernels import Tiles
 from vmachining.jit import inner, leaf
 
-TAU = 1e-9  # mm: a sweep that covers a point by less than this touches it
 TOUCH_MM = 1e-4  # parts shorter than this are touches
 GRAZING = 4e-4  # of what normals could enter: slower parts slide along a finished wall (0.023 degrees beside the feed)
 VALUES = 7
 AREA, THICK, DEPTH = 0, 1, 6
-NODES = 96  # of a piece, at most
-ARC, DISC, WALL, LEANING = (
-    24,
-    12,
-    6,
-    16,
-)  # cells of a quarter of a circle, of lines, of lines on a tool that leans
-THIN_MM, SHARE = (
-    0.1,
-    95,
-)  # what is thinner than both, in mm and of a piece, may stand unseen beside something as near
+# cells: quarter of a circle, of lines, of lines on a tool that leans
+ARC, DISC, WALL, LEANING = 24, 12, 6, 16
+# what is thinner than both, mm and of a piece, may stand unseen beside what is as near
+THIN_MM, SHARE = 0.1, 95
 SECANTS = 40
 END_MM = 1e-6  # of a part
 ON_MM = 1e-6  # from a surface that a node lies on
-FLAT = 1e-3  # mm: sweeps that are farther than the bracket of an end by this do not end it
+CURVED = 0.02  # of a cell, how far distances to sweeps are from linear there
 AWAY_MM = 0.02  # of material from an edge that is not looked at
-DEEP = 5.0  # mm: margins are known up to this
-
-
-class Work(NamedTuple):
-    """Space of the kernels.
-
-    x .. m : (NODES,). near, mode : see the legend. keep : of a piece, as places in `near`; low : (sweeps + 1,) see `margin_on`;
-    few : of those what may end it in a bracket. part : (n, 3) piece, s0, s1; a full one may have left parts out, and is made
-    larger.
-    slot, seen : (sweeps,) place in `near`, and the stretch that saw a sweep last. clock : (3,) stretches so far, places in `near`
-    that tiles know, stamp of the station.
-    """
-
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    z: NDArray[np.float64]
-    a: NDArray[np.float64]
-    b: NDArray[np.float64]
-    s: NDArray[np.float64]
-    m: NDArray[np.float64]
-    keep: NDArray[np.int64]
-    low: NDArray[np.float64]
-    few: NDArray[np.int64]
-    near: NDArray[np.int64]
-    mode: NDArray[np.int64]
-    part: NDArray[np.float64]
-    slot: NDArray[np.int64]
-    seen: NDArray[np.int64]
-    clock: NDArray[np.int64]
-
-
-class Scene(NamedTuple):
-    """Sweeps, their tiles, stock and edge of one station."""
-
-    rows: Rows
-    tiles: Tiles
-    world: World
-    blade: Blade
-    work: Work
-    room: Room
-
-
-@leaf
-def sided(q, mode, n_x, n_y, n_z):
-    """Sign of the distance to a sweep that ends or begins at the tip, in mm."""
-    size = q[16] + q[17]
-    if mode == 1:
-        return size * (n_x * q[23] + n_y * q[24] + n_z * q[25])
-    return -size * (n_x * q[20] + n_y * q[21] + n_z * q[22])
-
-
-@leaf
-def around(kind, d, side):
-    """Distance to a sweep at the tip: the sign of its end, unless the rest of a curved one comes back to the point."""
-    return side if kind < CIRCLE or d > -1e-6 else min(side, d)
-
-
-@leaf
-def depth(kind, q, x, y, z):
-    """How deep a point lies in a box or an upright cylinder, mm; negative outside."""
-    if kind == 0:
-        a, b = max(q[0] - x, x - q[3]), max(q[1] - y, y - q[4])
-        c = max(q[2] - z, z - q[5])
-        side = np.sqrt(max(a, 0.0) ** 2 + max(b, 0.0) ** 2)
-        a = max(a, b)
-    else:
-        a, c = np.sqrt((x - q[0]) ** 2 + (y - q[1]) ** 2) - q[2], max(q[3] - z, z - q[4])
-        side = max(a, 0.0)
-    c0 = max(c, 0.0)
-    return -np.sqrt(side * side + c0 * c0) - min(max(a, c), 0.0)
-
-
-@inner
-def place(scene, now, piece, s, sp, cp):
-    """A point of the edge and its normal, (x, y, z, N)."""
-    r, h, n_r, n_z = edge_point(scene.blade, piece, s)
-    e_x, e_y, e_z = sp * now[12] + cp * now[15], sp * now[13] + cp * now[16], sp * now[14] + cp * now[17]
-    return (
-        now[0] + h * now[3] + r * e_x, now[1] + h * now[4] + r * e_y, now[2] + h * now[5] + r * e_z,
-        n_r * e_x + n_z * now[3], n_r * e_y + n_z * now[4], n_r * e_z + n_z * now[5],
-    )  # fmt: skip
-
-
-@inner
-def gap_of(scene, c, at, near, most):
-    """Signed distance of a `place` to the sweep in `near` at c, or a number up to it: one that is above `near`, or `most`."""
-    rows, x, y, z = scene.rows, at[0], at[1], at[2]
-    k, mode = scene.work.near[c], scene.work.mode[c]
-    kind = rows.kind[k]
-    if mode != 0:
-        side = sided(rows.num[k], mode, at[3], at[4], at[5])
-        return around(kind, 0.0 if kind < CIRCLE else gap(rows.num, kind, k, x, y, z, FAR), side)
-    if kind != EXACT:
-        return gap(rows.num, kind, k, x, y, z, most)
-    d = box_gap(rows.box[k], x, y, z)
-    return d if d > near else exact(rows, scene.world, k, x, y, z, most, scene.room)
-
-
-@inner
-def margin_at(scene, now, count, most, piece, s, sp, cp):
-    """m of one point of the edge against the first `count` sweeps of `few`, at most `most`; (m, sweeps nearer than that).
-
-    These are the first of `few` afterwards: no other one comes to the surface within `most`.
-    """
-    world, work = scene.world, scene.work
-    at = place(scene, now, piece, s, sp, cp)
-    m, n = most, 0
-    for i in range(count):
-        c = work.few[i]
-        d = gap_of(scene, c, at, most, most)
-        if d < most or work.mode[c] != 0:
-            work.few[n] = c
-            n += 1
-        m = min(m, d)
-    if world.kind != 2:
-        return min(m, depth(world.kind, world.stock, at[0], at[1], at[2])), n
-    if m > -TAU and scene.room.last[1] > 0:
-        m = min(m, -mesh_gap(world, at[0], at[1], at[2], scene.room))
-    return m, n
-
-
-@inner
-def margin_on(scene, now, count, piece, s, sp, cp):
-    """m of one point of the edge against `keep`, after points of smaller s; the nearest sweep comes first afterwards.
-
-    work.low : distance + s where a sweep was asked last, at `count` that of the triangles: it falls by 1 mm per mm at most, and
-    who cannot be nearest is not asked.
-    """
-    world, work = scene.world, scene.work
-    at = place(scene, now, piece, s, sp, cp)
-    m, first = DEEP, 0
-    if world.kind != 2:
-        m = min(m, depth(world.kind, world.stock, at[0], at[1], at[2]))
-    for i in range(count):
-        if work.low[i] - s > m:
-            continue
-        c = work.keep[i]
-        d = gap_of(scene, c, at, m, DEEP)
-        if work.mode[c] == 0:
-            work.low[i] = d + s
-        if d < m:
-            m, first = d, i
-    if count > 0:
-        work.keep[0], work.keep[first] = work.keep[first], work.keep[0]
-        work.low[0], work.low[first] = work.low[first], work.low[0]
-    if world.kind == 2 and scene.room.last[1] > 0 and m > -TAU and work.low[count] - s <= m:
-        d = -mesh_gap(world, at[0], at[1], at[2], scene.room)
-        work.low[count] = d + s
-        m = min(m, d)
-    return m
 
 
 @leaf
@@ -233,7 +67,7 @@ def next_share(a, b, c, f, g, e, least):
 
 
 @leaf
-def root(scene, now, count, piece, sp, cp, a, b, f, g):
+def root(scene, now, count, piece, way, a, b, f, g):
     """s where m crosses -TAU between a and b, among the first `count` of `few`; f, g : m at both.
 
     Where one end all but lies on a surface, a quarter of the cell from it comes first: a thin chip on a floor has its end there.
@@ -244,7 +78,7 @@ def root(scene, now, count, piece, sp, cp, a, b, f, g):
         t = 0.25 if abs(f) < abs(g) else 0.75
     for _ in range(SECANTS):
         s = a + t * (b - a)
-        v, count = margin_at(scene, now, count, abs(b - a) + FLAT, piece, s, sp, cp)
+        v, count = margin_at(scene, now, count, abs(b - a) + FLAT, piece, s, way)
         v += TAU
         if (v > 0.0) == (f > 0.0):
             c, e = a, f
@@ -258,25 +92,32 @@ def root(scene, now, count, piece, sp, cp, a, b, f, g):
 
 
 @leaf
-def put(blade, part, now, piece, phi, c, a, b, parts, out):
-    """Add a part to those of the angle, unless it is a touch; how many there are. c : m . (across the feed)."""
+def put(blade, part, now, piece, way, a, b, tol, parts, out):
+    """Add a part to those of the angle, unless it is a touch; how many there are.
+
+    tol : depth up to which sweeps do not cover. Of an arc that slides along a floor 2 sqrt(2 r tol) lie in it, where N.V / |V| is
+    below sqrt(2 tol / r); what is twice as long and twice as steep is cut.
+    """
+    q, c = blade.rows[piece], way[5]
     if b - a <= TOUCH_MM or parts >= len(part):
         return parts
-    q = blade.rows[piece]
     r0, z0, n0_r, n0_z = edge_point(blade, piece, a)
     r1, z1, n1_r, n1_z = edge_point(blade, piece, b)
     wide = max(r0, r1)
     if q[6] > 0.0:
-        low, high = q[7] + (a - blade.joints[piece]) / q[6], q[7] + (b - blade.joints[piece]) / q[6]
-        side = into(now, phi, q[4], q[5], 1.0, 0.0)
-        over = into(now, phi, q[4], q[5], 0.0, 1.0)
-        area = q[6] * (side * (np.sin(high) - np.sin(low)) - over * (np.cos(high) - np.cos(low)))
-        best = min(max(np.arctan2(over, side), low), high)
-        thick = side * np.cos(best) + over * np.sin(best)
-        if low < 0.0 < high:
+        side, over = into(way, q[4], q[5], 1.0, 0.0), into(way, q[4], q[5], 0.0, 1.0)
+        area = q[6] * (side * (n1_z - n0_z) - over * (n1_r - n0_r))
+        thick = max(side * n0_r + over * n0_z, side * n1_r + over * n1_z)
+        if (
+            over * n0_r > side * n0_z and over * n1_r < side * n1_z
+        ):  # rises at its beginning, falls at its end
+            thick = np.sqrt(side * side + over * over)
+        if b - a <= 6.0 * np.sqrt(q[6] * tol) and thick <= 3.0 * np.sqrt(tol / q[6]) * now[18]:
+            return parts
+        if n0_z < 0.0 < n1_z:
             wide = q[4] + q[6]
     else:
-        f, g = into(now, phi, r0, z0, n0_r, n0_z), into(now, phi, r1, z1, n1_r, n1_z)
+        f, g = into(way, r0, z0, n0_r, n0_z), into(way, r1, z1, n1_r, n1_z)
         area, thick = 0.5 * (f + g) * (b - a), max(f, g)
     part[parts, 0], part[parts, 1], part[parts, 2] = piece, a, b
     out[AREA] += max(area, 0.0)
@@ -294,18 +135,19 @@ def put(blade, part, now, piece, phi, c, a, b, parts, out):
 
 
 @inner
-def keep_near(scene, now, count, piece, a, b, sp, cp):
+def keep_near(scene, now, count, piece, a, b, way):
     """Leaves in `keep` what may end or cover the stretch; how many; -1 where one covers all of it, and how deep in m[0].
 
+    work.low : what `margin_on` may know of them before; the one that is nearest to the middle of the stretch comes first.
     room.last[1] : whether triangles of the stock may end it.
     """
     rows, world, work, room = scene.rows, scene.world, scene.work, scene.room
-    at = place(scene, now, piece, 0.5 * (a + b), sp, cp)
+    at = place(scene, now, piece, 0.5 * (a + b), way)
     x, y, w = at[0], at[1], at[2]
-    half, n = 0.5 * (b - a) + TAU, 0
+    half, n, nearest = 0.5 * (b - a) + TAU, 0, FAR
     for i in range(count):
         c = work.keep[i]
-        k = work.near[c]
+        k, low = work.near[c], -FAR
         if work.mode[c] == 0:
             q = rows.box[k]
             if (
@@ -313,88 +155,123 @@ def keep_near(scene, now, count, piece, a, b, sp, cp):
                 or q[2] - w > half or w - q[5] > half
             ):  # fmt: skip
                 continue
-            if rows.kind[k] == POSES and at_pose(rows.num[k], x, y, w, 0.5)[0] - rows.num[k, 34] > half:
+            if rows.kind[k] == POSES:
+                low = midway(rows.num[k], x, y, w) - rows.num[k, 34]
+            if low < -half:
+                low = gap_of(scene, c, at, half + TAU, half + TAU)
+            if low > half:
                 continue
-            d = gap_of(scene, c, at, half + TAU, half + TAU)
-            if d > half:
-                continue
-            if d < -half:
-                work.m[0] = d
+            if low < -half:
+                work.m[0] = low
                 return -1
-        work.keep[n] = c
+        work.keep[n], work.low[n] = c, low - half + a  # at a; from there on it falls by no more than the way
+        if -FAR < low < nearest:
+            nearest = low
+            work.keep[n], work.keep[0] = work.keep[0], work.keep[n]
+            work.low[n], work.low[0] = work.low[0], work.low[n]
         n += 1
+    room.last[1] = 0
     if world.kind == 2:
         free = room.free  # no triangle comes into this sphere
         d = free[3]
         d -= np.copysign(np.sqrt((x - free[0]) ** 2 + (y - free[1]) ** 2 + (w - free[2]) ** 2), d)
         if abs(d) <= half or d * free[3] <= 0.0:
-            d = mesh_gap(world, x, y, w, room)
+            d = -mesh_depth(world, x, y, w, FAR, -FAR, room)
             free[0], free[1], free[2], free[3] = x, y, w, d
         if d > half:
             work.m[0] = -d
             return -1
         room.last[1] = d > -half
+        work.low[n] = a - half - d
     return n
 
 
-@inner
-def may_end(work, last, count, s, t):
-    """Leaves in `few` who can come to the surface between s and t, both asked by `margin_on`; how many, and the old last[1]."""
-    few, mesh = 0, last[1]
-    for i in range(count):
-        if work.low[i] <= 2.0 * t - s + FLAT:
-            work.few[few] = work.keep[i]
-            few += 1
-    last[1] = mesh > 0 and work.low[count] <= 2.0 * t - s + FLAT
-    return few, mesh
+@leaf
+def crossing(scene, now, count, piece, way, ends, parts, out):
+    """Adds the part that ends between s and t, if m is positive at s; the s where m crosses, and how many parts there are.
+
+    ends : where the part begins, s, t, m at both; the s that `margin_on` was asked last; tol see `put`.
+    """
+    begin, s, t, f, g, asked, tol = ends
+    few, mesh = may_end(scene.work, scene.room, count, s, asked)
+    e = root(scene, now, few, piece, way, s, t, f, g)
+    scene.room.last[1] = mesh
+    if f > -TAU:
+        parts = put(scene.blade, scene.work.part, now, piece, way, begin, e, tol, parts, out)
+    return e, parts
 
 
 @leaf
-def march(scene, now, count, piece, phi, across, span, parts, out):
+def march(scene, now, count, piece, way, span, parts, out):
     """Adds the parts between a and b among triangles and sweeps of any kind, which may stand in any number between.
 
     No step is longer than the margin at its beginning, which changes by 1 mm per mm at most, or what is taken to be thin.
-    span : a, b, the shortest and the longest step. across : see `put`.
+    span : a, b, what is thin where triangles are nearer than that, elsewhere, the longest step; tol see `put`.
     """
-    a, b, thin, longest = span
-    sp, cp, work, last = np.sin(phi), np.cos(phi), scene.work, scene.room.last
-    for i in range(count + 1):
-        work.low[i] = -FAR
-    f = margin_on(scene, now, count, piece, a, sp, cp)
+    a, b, thin, rough, longest, tol = span
+    work, last = scene.work, scene.room.last
+    f = margin_on(scene, now, count, piece, a, way, longest, rough)
     begin, s, before = a, a, f
     while s < b:
-        t = min(s + min(max(abs(f), thin), longest), b)
-        g = margin_on(scene, now, count, piece, t, sp, cp)
+        least = min(rough, max(thin, work.low[count] - s)) if last[1] > 0 else rough
+        t = min(s + min(max(abs(f), least), longest), b)
+        g = margin_on(scene, now, count, piece, t, way, longest, rough)
         if t < b:  # ends of a piece may lie on a floor at every angle
             out[DEPTH] = max(out[DEPTH], g)
         u, v = t, g
         hidden = t - s > max(abs(f) + abs(g), THIN_MM)  # a rib or a slot may stand between
         if hidden and (f > -TAU) == (g > -TAU) and max(abs(f), abs(g), abs(before)) > AWAY_MM:
             u = s + 0.5 * (t - s + abs(f) - abs(g))  # where steep sides of it meet
-            few, mesh = may_end(work, last, count, s, t)
-            v, _ = margin_at(scene, now, few, DEEP, piece, u, sp, cp)
+            few, mesh = may_end(work, scene.room, count, s, t)
+            v, _ = margin_at(scene, now, few, DEEP, piece, u, way)
             last[1] = mesh
             out[DEPTH] = max(out[DEPTH], min(v, t - s))
             if (v > -TAU) == (f > -TAU):
                 u, v = t, g
         if (f > -TAU) != (v > -TAU):
-            few, mesh = may_end(work, last, count, s, t)
-            e = root(scene, now, few, piece, sp, cp, s, u, f, v)
-            last[1] = mesh
-            if f > -TAU:
-                parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, e, parts, out)
-            begin = e
+            begin, parts = crossing(scene, now, count, piece, way, (begin, s, u, f, v, t, tol), parts, out)
             if u < t:
-                few, mesh = may_end(work, last, count, s, t)
-                e = root(scene, now, few, piece, sp, cp, u, t, v, g)
-                last[1] = mesh
-                if v > -TAU:
-                    parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, e, parts, out)
-                begin = e
+                ends = (begin, u, t, v, g, t, tol)
+                begin, parts = crossing(scene, now, count, piece, way, ends, parts, out)
         before, s, f = f, t, g
     if f > -TAU:
-        parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, b, parts, out)
+        parts = put(scene.blade, scene.work.part, now, piece, way, begin, b, tol, parts, out)
     return parts
+
+
+@leaf
+def of_one(scene, now, piece, way, s, c):
+    """Margin of one point of the edge against one sweep, or against the stock for c = -1."""
+    at = place(scene, now, piece, s, way)
+    if c < 0:
+        return depth(scene.world.kind, scene.world.stock, at[0], at[1], at[2])
+    return gap_of(scene, c, at, DEEP, DEEP)
+
+
+@leaf
+def hidden(scene, now, piece, way, i, cells, step):
+    """Where in a cell something may hide that both ends do not show, 0 if nothing may, and the largest margin there, or -DEEP.
+
+    Where neither end cuts, and each for another sweep: where the distances to both are the same. Elsewhere where margins meet
+    that continue as they do in the cells beside.
+    """
+    m, s, who = scene.work.m, scene.work.s[i], scene.work.who
+    f, g = m[i], m[i + 1]
+    if f <= -TAU and who[i] != who[i + 1]:
+        if f + g < -step:  # margins rise by no more than the way
+            return 0.0, -DEEP
+        a = of_one(scene, now, piece, way, s + step, int(who[i]))
+        b = of_one(scene, now, piece, way, s, int(who[i + 1]))
+        if a > f and b > g:
+            u = (b - f) / (a - f + b - g)
+            most = f + (a - f) * u
+            return (s + u * step, -DEEP) if most > -CURVED * step else (0.0, most)
+    if 0 < i < cells - 1:
+        left, right = f - m[i - 1], m[i + 2] - g
+        u = (g - right - f) / (left - right)
+        if 0.0 < u < 1.0 and (f + left * u > -TAU) != (f > -TAU):
+            return s + u * step, -DEEP
+    return 0.0, -DEEP
 
 
 @inner
@@ -404,22 +281,17 @@ def at_angle(scene, now, count, top, phi, aside, out):
     top : mm above the tip, no material is higher. aside (3,) : unit direction across axis and feed.
     """
     rows, world, blade, work, room = scene.rows, scene.world, scene.blade, scene.work, scene.room
-    sp, cp = np.sin(phi), np.cos(phi)
-    e_x, e_y, e_z = (
-        sp * now[12] + cp * now[15],
-        sp * now[13] + cp * now[16],
-        sp * now[14] + cp * now[17],
-    )
-    across = e_x * aside[0] + e_y * aside[1] + e_z * aside[2]
+    way = turned(now, phi, aside)
+    e_x, e_y, e_z = way[0], way[1], way[2]
     out[AREA], out[THICK], out[DEPTH] = 0.0, 0.0, -DEEP
     out[2], out[3], out[4], out[5] = -FAR, -FAR, -FAR, -FAR
-    x, y, z, m = work.x, work.y, work.z, work.m
+    x, y, z, m, who = work.x, work.y, work.z, work.m, work.who
     parts, upright = 0, now[5] == 1.0 and now[21] == 0.0
     for piece in range(len(blade.rows)):
         q = blade.rows[piece]
         if q[1] > top:
             break
-        a, b = facing(blade, now, piece, phi)
+        a, b = facing(blade, piece, way, now[19])
         b = below(blade, piece, top, b)
         if b - a <= TOUCH_MM:
             continue
@@ -435,15 +307,16 @@ def at_angle(scene, now, count, top, phi, aside, out):
         for c in range(work.clock[1], count):
             work.keep[kept] = c
             kept += 1
-        kept = keep_near(scene, now, kept, piece, a, b, sp, cp)
+        kept = keep_near(scene, now, kept, piece, a, b, way)
         if kept < 0:
             out[DEPTH] = max(out[DEPTH], m[0])
             continue
-        unknown, guided = world.kind == 2 and room.last[1] > 0, False
+        unknown, guided, tol = False, room.last[1] > 0, TAU
         for i in range(kept):
-            kind = rows.kind[work.near[work.keep[i]]]
-            unknown |= kind == EXACT
-            guided |= kind == POSES
+            k = work.near[work.keep[i]]
+            unknown |= rows.kind[k] == EXACT
+            guided |= rows.kind[k] == POSES
+            tol = max(tol, TAU + touch(rows, world, k))
         if q[6] > 0.0:
             cells = int(np.ceil(ARC * (b - a) / (0.5 * np.pi * q[6]) - 1e-9))
         elif q[3] == q[1]:
@@ -453,44 +326,31 @@ def at_angle(scene, now, count, top, phi, aside, out):
         cells = min(max(cells, 4), NODES - 1)
         step = (b - a) / cells
         if unknown or guided:
-            thin = min(THIN_MM, (b - a) / SHARE) if unknown else min(step, (b - a) / LEANING)
+            rough, thin = step if upright else min(step, (b - a) / LEANING), min(THIN_MM, (b - a) / SHARE)
+            if unknown:
+                rough = thin
             longest = step if upright else 0.25 * (b - a)
-            parts = march(scene, now, kept, piece, phi, across, (a, b, thin, longest), parts, out)
+            parts = march(scene, now, kept, piece, way, (a, b, thin, rough, longest, tol), parts, out)
             continue
-        flat = q[6] == 0.0
-        n_r, n_z = (np.cos(q[7]), np.sin(q[7])) if flat else (0.0, 0.0)
+        at, apart = spaced(blade, piece, a, b, cells)
         for i in range(cells + 1):
-            s = a + i * step if i < cells else b
-            if flat:
-                share = (s - blade.joints[piece]) / (blade.joints[piece + 1] - blade.joints[piece])
-                r, h = q[0] + share * (q[2] - q[0]), q[1] + share * (q[3] - q[1])
-            else:
-                beta = q[7] + (s - blade.joints[piece]) / q[6]
-                n_r, n_z = np.cos(beta), np.sin(beta)
-                r, h = q[4] + q[6] * n_r, q[5] + q[6] * n_z
-            work.a[i], work.b[i], work.s[i] = n_r, n_z, s
-            x[i] = now[0] + h * now[3] + r * e_x
-            y[i] = now[1] + h * now[4] + r * e_y
-            z[i] = now[2] + h * now[5] + r * e_z
-            m[i] = DEEP  # triangles are farther than the stretch is long
+            work.s[i] = a + i * step if i < cells else b
+            x[i] = now[0] + at[1] * now[3] + at[0] * e_x
+            y[i] = now[1] + at[1] * now[4] + at[0] * e_y
+            z[i] = now[2] + at[1] * now[5] + at[0] * e_z
+            at = following(q, at, apart)
+            m[i], who[i] = DEEP, -1.0  # triangles are farther than the stretch is long
             if world.kind != 2:
                 m[i] = min(DEEP, depth(world.kind, world.stock, x[i], y[i], z[i]))
         for i in range(kept):
-            k, mode = work.near[work.keep[i]], work.mode[work.keep[i]]
-            kind = rows.kind[k]
-            if mode == 0:
-                lower(rows.num, kind, k, x, y, z, m, cells + 1)
-                continue
-            for j in range(cells + 1):
-                n_r, n_z = work.a[j], work.b[j]
-                side = sided(
-                    rows.num[k], mode, n_r * e_x + n_z * now[3], n_r * e_y + n_z * now[4],
-                    n_r * e_z + n_z * now[5],
-                )  # fmt: skip
-                d = 0.0
-                if kind in (CIRCLE, HELIX):
-                    d = gap(rows.num, kind, k, x[j], y[j], z[j], FAR)
-                m[j] = min(m[j], around(kind, d, side))
+            c = work.keep[i]
+            k = work.near[c]
+            if work.mode[c] == 0:
+                lower(rows.num, rows.kind[k], k, x, y, z, m, who, float(c), cells + 1)
+            for j in range(0 if work.mode[c] == 0 else cells + 1):
+                d = of_one(scene, now, piece, way, work.s[j], c)
+                if d < m[j]:
+                    m[j], who[j] = d, c
         begin = work.s[0]
         for i in range(cells):
             f, g = m[i], m[i + 1]
@@ -499,28 +359,26 @@ def at_angle(scene, now, count, top, phi, aside, out):
                 out[DEPTH] = max(out[DEPTH], f)
             if (f > -TAU) != (g > -TAU):
                 all_few(work, kept)
-                e = root(scene, now, kept, piece, sp, cp, s, t, f, g)
+                e = root(scene, now, kept, piece, way, s, t, f, g)
                 if f > -TAU:
-                    parts = put(blade, work.part, now, piece, phi, across, begin, e, parts, out)
+                    parts = put(blade, work.part, now, piece, way, begin, e, tol, parts, out)
                 begin = e
-            elif 0 < i < cells - 1:
-                left, right = f - m[i - 1], m[i + 2] - g
-                u = (g - right - f) / (left - right)  # of the cell, where both sides meet
-                if 0.0 < u < 1.0 and (f + left * u > -TAU) != (f > -TAU):
-                    middle = s + u * step
+            else:
+                middle, most = hidden(scene, now, piece, way, i, cells, step)
+                out[DEPTH] = max(out[DEPTH], most)
+                if middle > s:
                     all_few(work, kept)
-                    v, _ = margin_at(scene, now, kept, DEEP, piece, middle, sp, cp)
+                    v, few = margin_at(scene, now, kept, DEEP, piece, middle, way)
                     out[DEPTH] = max(out[DEPTH], v)
                     if (v > -TAU) != (f > -TAU):
+                        e0 = root(scene, now, few, piece, way, s, middle, f, v)
                         all_few(work, kept)
-                        e0 = root(scene, now, kept, piece, sp, cp, s, middle, f, v)
-                        all_few(work, kept)
-                        e1 = root(scene, now, kept, piece, sp, cp, middle, t, v, g)
+                        e1 = root(scene, now, kept, piece, way, middle, t, v, g)
                         if f > -TAU:
-                            parts = put(blade, work.part, now, piece, phi, across, begin, e0, parts, out)
+                            parts = put(blade, work.part, now, piece, way, begin, e0, tol, parts, out)
                             begin = e1
                         else:
-                            parts = put(blade, work.part, now, piece, phi, across, e0, e1, parts, out)
+                            parts = put(blade, work.part, now, piece, way, e0, e1, tol, parts, out)
         if m[cells] > -TAU:
-            parts = put(blade, work.part, now, piece, phi, across, begin, work.s[cells], parts, out)
+            parts = put(blade, work.part, now, piece, way, begin, work.s[cells], tol, parts, out)
     return parts

@@ -61,8 +61,8 @@ class Blade(NamedTuple):
 class Room(NamedTuple):
     """Work space of the kernels.
 
-    free (4,): point that triangles were asked for last, and its signed distance. last (2,): the triangle that was nearest, and
-    whether triangles may end the stretch.
+    free (5,): point that triangles were asked for last, and its signed distance; how deep in them a bracket is at least.
+    last (2,): the triangle that was nearest, and whether triangles may end the stretch.
     """
 
     cells: NDArray[np.float64]
@@ -75,14 +75,19 @@ class Room(NamedTuple):
 
 
 @leaf
-def mesh_gap(world, x, y, z, room):
-    """Signed distance to the triangles."""
+def mesh_depth(world, x, y, z, most, known, room):
+    """The smaller of `most` and how deep a point lies among the triangles, mm; negative outside.
+
+    known : it lies so deep at least, because another point did. With no triangle within `most`, and that more than -known, none
+    lies between the two points, and it is as deep as `most`.
+    """
     p = room.p
     p[0], p[1], p[2] = x, y, z
+    reach = most if known > -most else FAR
     d, room.last[0] = mesh_distance(
-        p, world.a, world.b, world.c, world.normals, world.boxes, room.stack, room.square, room.last[0]
+        p, world.a, world.b, world.c, world.normals, world.boxes, room.stack, room.square, room.last[0], reach
     )
-    return d
+    return most if d >= reach else min(most, -d)
 
 
 @leaf
@@ -151,14 +156,18 @@ def edge_point(blade, piece, s):
 
 
 @leaf
-def into(now, phi, r, z, n_r, n_z):
-    """N . V of a point of the edge at phi, per unit of the block."""
+def turned(now, phi, aside):
+    """Of a rotation angle: direction of the edge (3); that times the velocity, times the rate of the axis, times aside (3,); axis
+    times velocity."""
     sp, cp = np.sin(phi), np.cos(phi)
-    m_v = sp * (now[12] * now[6] + now[13] * now[7] + now[14] * now[8]) + cp * (
-        now[15] * now[6] + now[16] * now[7] + now[17] * now[8]
-    )
-    m_w = sp * (now[12] * now[9] + now[13] * now[10] + now[14] * now[11]) + cp * (
-        now[15] * now[9] + now[16] * now[10] + now[17] * now[11]
-    )
-    a_v = now[3] * now[6] + now[4] * now[7] + now[5] * now[8]
-    return n_r * m_v + n_z * a_v + (z * n_r - r * n_z) * m_w
+    x, y, z = sp * now[12] + cp * now[15], sp * now[13] + cp * now[16], sp * now[14] + cp * now[17]
+    return (
+        x, y, z, x * now[6] + y * now[7] + z * now[8], x * now[9] + y * now[10] + z * now[11],
+        x * aside[0] + y * aside[1] + z * aside[2], now[3] * now[6] + now[4] * now[7] + now[5] * now[8],
+    )  # fmt: skip
+
+
+@leaf
+def into(way, r, z, n_r, n_z):
+    """N . V of a point of the edge at a `turned` angle, per unit of the block."""
+    return n_r * way[3] + n_z * way[6] + (z * n_r - r * n_z) * way[4]

@@ -99,18 +99,6 @@ def resample(blade, angle, span, part, ring, wanted, hits) -> int:
             for c in range(cells):
                 low, high = a + (b - a) * c / cells, a + (b - a) * (c + 1) / cells
                 z = edge_point(blade, piece, 0.5 * (low + high))[1]
-                used = between(
-                    angle,
-                    span,
-                    part,
-                    ring,
-                    wanted[w] - z * blade.twist,
-                    piece,
-                    low,
-                    high,
-                    w,
-                    hits,
-                    used,
-                    first,
-                )
+                phi = wanted[w] - z * blade.twist
+                used = between(angle, span, part, ring, phi, piece, low, high, w, hits, used, first)
     return used

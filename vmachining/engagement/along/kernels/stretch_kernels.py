@@ -10,17 +10,16 @@ from vmachining.jit import inner, leaf
 
 
 @leaf
-def facing(blade, now, piece, phi):
+def facing(blade, piece, way, idle):
     """s between which a straight piece moves into what lies before it; empty if it does nowhere.
 
     N . V is linear along a line, and cos(beta) P + sin(beta) Q along an arc of normals beta: positive on one interval.
     """
     q = blade.rows[piece]
     a, b = blade.joints[piece], blade.joints[piece + 1]
-    idle = now[19]
     if q[6] > 0.0:
-        side = into(now, phi, q[4], q[5], 1.0, 0.0)  # beta = 0: n_r, lever cz
-        over = into(now, phi, q[4], q[5], 0.0, 1.0)  # beta = 90 degrees: n_z, lever -cr
+        side = into(way, q[4], q[5], 1.0, 0.0)  # beta = 0: n_r, lever cz
+        over = into(way, q[4], q[5], 0.0, 1.0)  # beta = 90 degrees: n_z, lever -cr
         most = np.sqrt(side * side + over * over)
         if most <= idle:
             return a, a
@@ -33,8 +32,8 @@ def facing(blade, now, piece, phi):
             b if high == q[8] else a + (high - q[7]) * q[6]
         )
     n_r, n_z = np.cos(q[7]), np.sin(q[7])
-    f = into(now, phi, q[0], q[1], n_r, n_z) - idle
-    g = into(now, phi, q[2], q[3], n_r, n_z) - idle
+    f = into(way, q[0], q[1], n_r, n_z) - idle
+    g = into(way, q[2], q[3], n_r, n_z) - idle
     if f <= 0.0 and g <= 0.0:
         return a, a
     if f > 0.0 and g > 0.0:
@@ -85,7 +84,8 @@ def standing(tiles, blade, piece, now, e_x, e_y, a, b):
     into it holds none; the stretch begins in the first tile that may, and ends in the last, at the top of its material.
     """
     q = blade.rows[piece]
-    r, last_r = edge_point(blade, piece, a)[0], edge_point(blade, piece, b)[0]
+    first_r, last_r = edge_point(blade, piece, a)[0], edge_point(blade, piece, b)[0]
+    r = first_r
     if last_r < r or (q[6] > 0.0 and q[8] > 1e-9):
         return a, b, 0.0
     nx, ny = tiles.head.shape
@@ -112,22 +112,44 @@ def standing(tiles, blade, piece, now, e_x, e_y, a, b):
         r = out
     if not begins:
         return a, a, most
-    rises = last_r > edge_point(blade, piece, a)[0]
+    rises = last_r > first_r
     low = max(a, s_at(blade, piece, begin)) if rises else a
     high = min(b, s_at(blade, piece, end)) if rises and end < last_r else b
     return low, below(blade, piece, top, high), most
+
+
+@leaf
+def spaced(blade, piece, a, b, n):
+    """The first of n + 1 evenly spaced points of a stretch as `edge_point` says, and what leads from one to the next."""
+    at, radius = edge_point(blade, piece, a), blade.rows[piece, 6]
+    if radius > 0.0:
+        turn = (b - a) / (n * radius)
+        return at, (np.cos(turn), np.sin(turn))
+    r, z, _, _ = edge_point(blade, piece, b)
+    return at, ((r - at[0]) / n, (z - at[1]) / n)
+
+
+@inner
+def following(q, at, apart):
+    """The next point of `spaced` ones."""
+    if q[6] > 0.0:
+        n_r, n_z = at[2] * apart[0] - at[3] * apart[1], at[3] * apart[0] + at[2] * apart[1]
+        return q[4] + q[6] * n_r, q[5] + q[6] * n_z, n_r, n_z
+    return at[0] + apart[0], at[1] + apart[1], at[2], at[3]
 
 
 @inner
 def under(tiles, work, blade, piece, now, e_x, e_y, a, b):
     """Leaves in `keep` the sweeps of the tiles under a stretch of the edge; how many."""
     nx, ny = tiles.head.shape
-    r0, h0, _, _ = edge_point(blade, piece, a)
+    r, h, _, _ = edge_point(blade, piece, a)
     r1, h1, _, _ = edge_point(blade, piece, b)
-    reach = np.sqrt((r1 - r0) ** 2 + (h1 - h0) ** 2 * (1.0 - now[5] ** 2))
+    reach = np.sqrt((r1 - r) ** 2 + (h1 - h) ** 2 * (1.0 - now[5] ** 2))
     looks, last, n = 1 + int(4.0 * reach / tiles.size), -1, 0
-    for look in range(looks + 1):
-        r, h, _, _ = edge_point(blade, piece, a + (b - a) * look / looks)
+    at_look, apart = spaced(blade, piece, a, b, looks)
+    for _ in range(looks + 1):
+        r, h, _, _ = at_look
+        at_look = following(blade.rows[piece], at_look, apart)
         x, y = now[0] + h * now[3] + r * e_x, now[1] + h * now[4] + r * e_y
         i = min(max(int(np.floor((x - tiles.origin[0]) / tiles.size)), 0), nx - 1)
         j = min(max(int(np.floor((y - tiles.origin[1]) / tiles.size)), 0), ny - 1)

@@ -9,30 +9,25 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engagement.along.kernels.edge_kernels import (
-    AREA,
-    DEPTH,
-    TAU,
-    THICK,
-    VALUES,
-    at_angle,
-    next_share,
-)
+from vmachining.engagement.along.kernels.edge_kernels import AREA, DEPTH, THICK, VALUES, at_angle, next_share
 from vmachining.engagement.along.kernels.margin_kernels import FAR
+from vmachining.engagement.along.kernels.point_kernels import TAU
 from vmachining.jit import leaf
 
 DEGREE = np.pi / 180.0
 GRID = 36  # angles of a turn, through the feed
 STEP = 2.0 * np.pi / GRID
+QUARTER_GRID = GRID // 4
 QUARTER = 0.5 * np.pi
-ROUNDS, ENDS = 6, 30  # times that intervals are halved for maxima, and that an end is narrowed, at most
+SEEN, LARGEST, PLAN = 0, 1, 2  # what gaps are divided for, see `share_of`
+SEEK, ROUNDS, PLANS, ENDS = 2, 6, 3, 30  # times at most; ends of arcs are narrowed
 NARROW = np.radians(0.1)  # intervals are not halved below this
 MORE, MORE_MM = 1e-3, 0.002  # of the largest, and mm: what a maximum between two angles must promise
 END_RAD = 1e-5
 TOUCH_RAD = 1e-4  # less than this of a turn is a line along which tool and wall touch
 PLANNED = 0.01  # of the largest chip
+CLOSE = np.radians(0.5)  # angles where the chip passes it are not asked in gaps below this
 ROOM = 400  # angles of a turn at most
-SEEK = 2  # times that all gaps are halved before a turn is called idle
 COLUMNS = 6
 BESIDE = (0.03 * DEGREE, 0.6 * DEGREE, 3.0 * DEGREE)  # beside the ends of what a feed faces
 
@@ -79,6 +74,13 @@ def deep(turn, i):
 
 
 @leaf
+def gap_after(turn, at, n):
+    """rad from the angle at a position to the next one."""
+    wide = turn.phi[turn.order[at + 1 if at + 1 < n else 0]] - turn.phi[turn.order[at]]
+    return wide if wide >= 0.0 else wide + 2.0 * np.pi
+
+
+@leaf
 def narrowed(scene, turn, now, count, top, aside, at, n, wide):
     """Asks angles until the end of an arc between positions at and at + 1 is known; how many angles there are."""
     i, j = turn.order[at], turn.order[(at + 1) % n]
@@ -108,6 +110,19 @@ def narrowed(scene, turn, now, count, top, aside, at, n, wide):
 
 
 @leaf
+def with_ends(scene, turn, now, count, top, aside, n, ring):
+    """Narrows the ends of all arcs; how many angles there are."""
+    at = 0
+    while at < (n if ring else n - 1):
+        i, j = turn.order[at], turn.order[(at + 1) % n]
+        before, wide = n, gap_after(turn, at, n)
+        if (turn.found[i] > 0) != (turn.found[j] > 0) and wide > END_RAD:
+            n = narrowed(scene, turn, now, count, top, aside, at, n, wide)
+        at += 1 + n - before
+    return n
+
+
+@leaf
 def promises(turn, h, i, j, k, wh, wide, wk):
     """Whether a maximum between i and j may exceed what is known: values continue as they do beside the interval."""
     for v in range(6):
@@ -126,9 +141,63 @@ def promises(turn, h, i, j, k, wh, wide, wk):
 
 
 @leaf
-def gap_after(turn, at, n):
-    """rad from the angle at a position to the next one."""
-    return (turn.phi[turn.order[(at + 1) % n]] - turn.phi[turn.order[at]]) % (2.0 * np.pi)
+def rises(turn, at, n, ring, wide):
+    """Whether margins of angles that cut nothing rise from both sides into the gap after a position, and meet above zero."""
+    if not ring and (at == 0 or at + 2 >= n):
+        return False
+    h, i = turn.order[(at - 1) % n], turn.order[at]
+    j, k = turn.order[(at + 1) % n], turn.order[(at + 2) % n]
+    if turn.found[i] > 0 or turn.found[j] > 0:
+        return False
+    a, b = turn.value[i, DEPTH], turn.value[j, DEPTH]
+    left = (a - turn.value[h, DEPTH]) / max(gap_after(turn, (at - 1) % n, n), 1e-9)
+    right = (b - turn.value[k, DEPTH]) / max(gap_after(turn, (at + 1) % n, n), 1e-9)
+    if left <= 0.0 or right <= 0.0:
+        return False
+    x = (b - a + right * wide) / (left + right)
+    return 0.0 < x < wide and a + left * x > 0.0
+
+
+@leaf
+def share_of(turn, at, n, ring, wide, what):
+    """Share of the gap after a position where an angle is worth asking, 0 if none: what hides there, largest values, or where the
+    chip passes what is `PLANNED`."""
+    i, j = turn.order[at], turn.order[at + 1 if at + 1 < n else 0]
+    if what == SEEN:
+        idle = turn.most[DEPTH] == -FAR
+        return 0.5 if wide > NARROW and (idle or rises(turn, at, n, ring, wide)) else 0.0
+    if what == PLAN:
+        least, a, b = PLANNED * turn.most[AREA], turn.value[i, AREA], turn.value[j, AREA]
+        if wide <= CLOSE or (a > least) == (b > least):
+            return 0.0
+        return min(max((np.sqrt(least) - np.sqrt(a)) / (np.sqrt(b) - np.sqrt(a)), 0.1), 0.9)
+    if turn.found[i] == 0 or turn.found[j] == 0 or wide <= NARROW:
+        return 0.0
+    before, after = at - 1 if at > 0 else n - 1, at + 1 if at + 1 < n else 0
+    h = turn.order[before] if ring or at > 0 else -1
+    k = turn.order[after + 1 if after + 1 < n else 0] if ring or at + 2 < n else -1
+    h = h if h >= 0 and turn.found[h] > 0 else -1
+    k = k if k >= 0 and turn.found[k] > 0 else -1
+    wh, wk = gap_after(turn, before, n), gap_after(turn, after, n)
+    return 0.5 if promises(turn, h, i, j, k, max(wh, 1e-9), wide, max(wk, 1e-9)) else 0.0
+
+
+@leaf
+def divide(scene, turn, now, count, top, aside, n, ring, what, rounds):
+    """Asks an angle in every gap where `share_of` finds one worth asking, a number of times; how many angles there are."""
+    for _ in range(rounds):
+        at, asked = 0, n
+        while at < (n if ring else n - 1) and n < ROOM - 1:
+            wide = gap_after(turn, at, n)
+            share = share_of(turn, at, n, ring, wide, what)
+            if share > 0.0:
+                n = ask(scene, turn, now, count, top, aside, turn.phi[turn.order[at]] + share * wide, n)
+                insert(turn, at + 1, n - 1)
+                at += 1
+            at += 1
+        if n == asked:
+            break
+    return n
 
 
 @leaf
@@ -169,8 +238,7 @@ def turn_at(scene, turn, now, count, top, result):
     across = np.sqrt(right * right + ahead * ahead)
     axial = across <= 1e-9 * max(np.sqrt(across * across + v_a * v_a), 1e-300)
     aside = scene.room.p
-    for c in range(3):
-        aside[c] = 0.0
+    aside[:] = 0.0
     if axial:
         result[2] = np.nan
         middle = 0.0
@@ -186,60 +254,22 @@ def turn_at(scene, turn, now, count, top, result):
     way = (a_x, a_y, a_z)
     ring = axial or now[21] > 0.0 or v_a < 0.0 or not scene_convex(scene)
     n = 0
-    if not axial:
-        for i in range(len(BESIDE)):
-            n = ask(scene, turn, now, count, top, way, middle - QUARTER + BESIDE[i], n)
-    for i in range(-8, 9):
-        n = ask(scene, turn, now, count, top, way, middle + i * STEP, n)
-    if not axial:
-        for i in range(len(BESIDE) - 1, -1, -1):
-            n = ask(scene, turn, now, count, top, way, middle + QUARTER - BESIDE[i], n)
-    if ring:
-        for i in range(9, 28):
-            n = ask(scene, turn, now, count, top, way, middle + i * STEP, n)
-    engaged = 0
+    for i in range(-QUARTER_GRID, 3 * QUARTER_GRID + 1 if ring else QUARTER_GRID + 1):
+        for c in range(len(BESIDE) if abs(i) == QUARTER_GRID and not axial else 0):
+            beside = BESIDE[c] if i < 0 else -BESIDE[len(BESIDE) - 1 - c]
+            turn.phi[n], n = middle + i * STEP + beside, n + 1
+        if i > -QUARTER_GRID and (ring or i < QUARTER_GRID):
+            turn.phi[n], n = middle + i * STEP, n + 1
     for i in range(n):
         turn.order[i] = i
-        engaged += turn.found[i] > 0
-    for _ in range(SEEK):  # a rib narrower than the gaps
-        at = 0
-        while engaged == 0 and at < (n if ring else n - 1) and n < ROOM - 1:
-            i, wide = turn.order[at], gap_after(turn, at, n)
-            if wide > NARROW:
-                n = ask(scene, turn, now, count, top, way, turn.phi[i] + 0.5 * wide, n)
-                insert(turn, at + 1, n - 1)
-                engaged += turn.found[n - 1] > 0
-                at += 1
-            at += 1
-    if engaged == 0:
+        ask(scene, turn, now, count, top, way, turn.phi[i], i)
+    n = divide(scene, turn, now, count, top, way, n, ring, SEEN, SEEK)
+    if turn.most[DEPTH] == -FAR:
         return n, ring
-    at = 0
-    while at < (n if ring else n - 1):
-        i, j = turn.order[at], turn.order[(at + 1) % n]
-        if (turn.found[i] > 0) != (turn.found[j] > 0):
-            before = n
-            n = narrowed(scene, turn, now, count, top, way, at, n, gap_after(turn, at, n))
-            at += n - before
-        at += 1
-    for _ in range(ROUNDS):
-        at, asked = 0, n
-        while at < (n if ring else n - 1) and n < ROOM - 1:
-            i, j = turn.order[at], turn.order[(at + 1) % n]
-            wide = gap_after(turn, at, n)
-            if turn.found[i] > 0 and turn.found[j] > 0 and wide > NARROW:
-                h = turn.order[(at - 1) % n] if ring or at > 0 else -1
-                k = turn.order[(at + 2) % n] if ring or at + 2 < n else -1
-                h = h if h >= 0 and turn.found[h] > 0 else -1
-                k = k if k >= 0 and turn.found[k] > 0 else -1
-                wh = gap_after(turn, (at - 1) % n, n) if h >= 0 else 1.0
-                wk = gap_after(turn, (at + 1) % n, n) if k >= 0 else 1.0
-                if promises(turn, h, i, j, k, max(wh, 1e-9), wide, max(wk, 1e-9)):
-                    n = ask(scene, turn, now, count, top, way, turn.phi[i] + 0.5 * wide, n)
-                    insert(turn, at + 1, n - 1)
-                    at += 1
-            at += 1
-        if n == asked:
-            break
+    n = with_ends(scene, turn, now, count, top, way, n, ring)
+    n = divide(scene, turn, now, count, top, way, n, ring, LARGEST, ROUNDS)
+    n = divide(scene, turn, now, count, top, way, n, ring, PLAN, PLANS)
+    n = with_ends(scene, turn, now, count, top, way, n, ring)  # of gaps found between
     arcs = over_turn(turn, n, ring, -1.0)
     if arcs < TOUCH_RAD:
         for i in range(n):

@@ -12,12 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vmachining.engagement.along.kernels.distance_kernels import CIRCLE, EXACT, HELIX, POSES
-from vmachining.engagement.along.kernels.edge_kernels import Scene
+from vmachining.engagement.along.kernels.point_kernels import Scene
 from vmachining.engagement.along.kernels.tile_kernels import enter, gather
 from vmachining.engagement.along.kernels.turn_kernels import ROOM, scene_convex, turn_at
 from vmachining.jit import kernel, leaf
 
 SAME_MM2 = 1e-14  # two tips are one
+
+
+class Stops(NamedTuple):
+    """Motions and stations, see the legend. box (m, 6): of the tool at every station."""
+
+    cut: NDArray[np.int64]
+    station: NDArray[np.float64]
+    extra: NDArray[np.int64]
+    now: NDArray[np.float64]
+    tip: NDArray[np.float64]
+    box: NDArray[np.float64]
+    result: NDArray[np.float64]
 
 
 class Kept(NamedTuple):
@@ -48,6 +60,9 @@ def shorten(rows, k, spare, share):
             q[23 + c] *= share
             q[27 + c] *= square
             q[30 + c] *= square * share
+            q[14 + c if c < 2 else 26] = q[c] + q[3 + c] + q[6 + c] + q[9 + c]
+            q[35 + c] = q[c] + 0.5 * (q[3 + c] + 0.5 * (q[6 + c] + 0.5 * q[9 + c]))
+            q[38 + c] = q[20 + c] + 0.5 * (q[23 + c] + 0.5 * (q[27 + c] + 0.5 * q[30 + c]))
         q[19] *= square
         q[34] *= share
         return
@@ -89,13 +104,17 @@ def own_sweeps(scene, cut, station, extra, s, near, n, spare):
 
 
 @leaf
-def at_tip(q, x, y, z):
-    """1 where a sweep ends at a tip, 2 where it begins there, else 0."""
-    if (q[14] - x) ** 2 + (q[15] - y) ** 2 + (q[26] - z) ** 2 < SAME_MM2:
-        return 1
-    if (q[0] - x) ** 2 + (q[1] - y) ** 2 + (q[2] - z) ** 2 < SAME_MM2:
-        return 2
-    return 0
+def at_tip(q, kind, tip, now):
+    """1 where a sweep ends at a tip and with the axis there, 2 where it begins so, else 0."""
+    end = (q[14] - tip[0]) ** 2 + (q[15] - tip[1]) ** 2 + (q[26] - tip[2]) ** 2
+    begin = (q[0] - tip[0]) ** 2 + (q[1] - tip[1]) ** 2 + (q[2] - tip[2]) ** 2
+    for c in range(3):
+        first = last = 0.0 if c < 2 else 1.0
+        if kind == POSES:
+            first, last = q[20 + c], q[20 + c] + q[23 + c] + q[27 + c] + q[30 + c]
+        end += (last - now[3 + c]) ** 2
+        begin += (first - now[3 + c]) ** 2
+    return 1 if end < SAME_MM2 else 2 if begin < SAME_MM2 else 0
 
 
 @leaf
@@ -127,30 +146,14 @@ def replay(tiles, rows, which, first, tile_row) -> int:
 
 
 @kernel
-def walk(
-    scene: Scene,
-    turn,
-    tiles,
-    first,
-    cut,
-    station,
-    extra,
-    nows,
-    tips,
-    box,
-    tool,
-    radius,
-    spare,
-    mark,
-    kept,
-    tile_row,
-    result,
-):
+def walk(scene: Scene, turn, stops, kept, first, tool, radius, mark, tile_row):
     """Stations from `first` on; the first station that was not done, because a table has no room.
 
-    box (m, 6): of the tool at every station. spare: first free row of the sweeps, of two at least. mark (2,): of stamps; the
-    next sweep that enters the tiles.
+    The last row of the sweeps is a spare one. tool, radius : of all of them. mark (2,): of stamps; the next sweep that enters the
+    tiles. tile_row (8,) : work space.
     """
+    cut, station, extra, nows, tips, box, result = stops
+    tiles, spare = scene.tiles, len(scene.rows.kind) - 1
     near, work = scene.work.near, scene.work
     convex = scene_convex(scene)
     for s in range(first, len(station)):
@@ -167,8 +170,7 @@ def walk(
         upright = now[5] == 1.0 and now[21] == 0.0
         half_turn = upright and convex and now[8] >= 0.0 and now[6] ** 2 + now[7] ** 2 > 1e-18 * now[8] ** 2
         mark[0] += 1
-        for v in range(len(result[s])):
-            result[s, v] = 0.0
+        result[s, :] = 0.0
         if now[6] ** 2 + now[7] ** 2 <= 1e-18 * now[8] ** 2 and upright:
             result[s, 2] = np.nan
         n, top = gather(tiles, scene.rows, now, radius, half_turn, box[s], mark[0], near)
@@ -178,16 +180,15 @@ def walk(
         if height <= 0.0:
             continue
         gone = False
-        x, y, z = tips[s, 0], tips[s, 1], tips[s, 2]
         for i in range(n):
             k = near[i]
             work.mode[i] = 0
-            if scene.rows.tool[k] == tool and upright:
-                mode = at_tip(scene.rows.num[k], x, y, z)
+            if scene.rows.tool[k] == tool and scene.rows.kind[k] != EXACT:
+                mode = at_tip(scene.rows.num[k], scene.rows.kind[k], tips[s], now)
                 if mode > 0:
                     if station[s, 3] > 0.0:
                         gone = True  # nothing of the tool at the end of the motion is material
-                    elif scene.rows.kind[k] < EXACT:
+                    else:
                         work.mode[i] = mode
             work.slot[k] = i
         if gone:
@@ -196,8 +197,8 @@ def walk(
         if cut[c, 2] > 0:
             before = n
             n = own_sweeps(scene, cut, station, extra, s, near, n, spare)
-            for i in range(before, n):
-                work.mode[i] = 0
+            for i in range(before, n):  # poses end where the tool stands, curves of an upright one do not
+                work.mode[i] = 1 if i == n - 1 and scene.rows.kind[near[i]] == POSES else 0
         angles, ring = turn_at(scene, turn, now, n, height, result[s])
         for i in range(angles):
             if turn.found[i] == len(work.part):
