@@ -117,6 +117,32 @@ def test_a_part_of_a_ray_is_that_part_of_the_whole_ray():
         sweep.ray_intervals(origins, way, between=between[:, ::-1])
 
 
+@pytest.mark.parametrize("tool", TOOLS)
+def test_a_ray_is_answered_alike_alone_and_after_any_other(tool):
+    """A ray beside one that passes by is asked first whether it passes by, too: that may only save time."""
+    sweep = Sweep.along(TOOLS[tool].profile, SHORT)
+    lo, hi = sweep.bounds
+    x, y = np.meshgrid(*(np.linspace(lo[k] - 1.0, hi[k] + 1.0, 12) for k in (0, 1)), indexing="ij")
+    origins = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    between = np.tile([lo[2] - 1.0, 0.8 * lo[2] + 0.2 * hi[2]], (x.size, 1))
+    for part in (None, between):
+        rows = sweep.ray_intervals(origins, UP, between=part)
+        assert 0 < np.count_nonzero(rows.counts) < x.size
+        order = np.random.default_rng(1).permutation(x.size)
+        mixed = sweep.ray_intervals(origins[order], UP, between=None if part is None else part[order])
+        first = np.cumsum(mixed.counts) - mixed.counts
+        for k, ray in enumerate(order.tolist()):
+            alone = sweep.ray_intervals(
+                origins[ray : ray + 1], UP, between=None if part is None else part[ray : ray + 1]
+            )
+            n = int(alone.counts[0])
+            assert n == mixed.counts[k] == rows.counts[ray]
+            begin = int(rows.counts[:ray].sum())
+            for ends, mine in ((mixed, first[k]), (rows, begin)):
+                assert (ends.enter[mine : mine + n] == alone.enter).all()
+                assert (ends.leave[mine : mine + n] == alone.leave).all()
+
+
 @settings(deadline=None, max_examples=30)
 @given(profile=tools(), turn=turns())
 def test_a_split_motion_is_the_union_of_its_parts(profile: Profile, turn: Turn):

@@ -284,3 +284,23 @@ def distances(seg, first, path, points, tol, out) -> None:
             for k in range(len(first) - 1):
                 best = min(best, meridian(seg, first[k], first[k + 1], gap, z)[0])
         out[i] = best
+
+
+@kernel
+def left(lo, hi, counts, between, cut, enter, leave) -> int:
+    """Write the intervals of all rays one after the other, without what is shorter than MERGE; how many, and `counts` anew.
+
+    between : (n, 2) parts of rays, to which intervals are cut where `cut`.
+    """
+    found = 0
+    for i in range(len(counts)):
+        before = found
+        for k in range(counts[i]):
+            a, b = lo[i, k], hi[i, k]
+            if cut:
+                a, b = max(a, between[i, 0]), min(b, between[i, 1])
+            if b - a > MERGE:
+                enter[found], leave[found] = a, b
+                found += 1
+        counts[i] = found - before
+    return found

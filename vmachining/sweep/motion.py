@@ -299,7 +299,7 @@ class Sweep:
         unit = heading / size[:, None]
         unit = np.where(np.abs(unit) < 1e-300, 0.0, unit)
         if len(unit) < len(where):
-            unit = np.tile(unit, (len(where), 1))
+            unit = np.repeat(unit, len(where), axis=0)
         part = np.tile([-np.inf, np.inf], (len(where), 1)) if between is None else _parts(between, len(where))
         found = [
             self._rays(where[k : k + CHUNK] - self.path.start, unit[k : k + CHUNK], part[k : k + CHUNK])
@@ -332,13 +332,9 @@ class Sweep:
             if (counts >= 0).all():
                 break
             capacity *= 4
-        most = int(counts.max(initial=0))
-        lo, hi = lo[:, :most], hi[:, :most]
-        with np.errstate(invalid="ignore", over="ignore"):  # where nothing was written
-            if bounded:
-                lo, hi = np.maximum(lo, first), np.minimum(hi, last)
-            kept = (np.arange(most) < counts[:, None]) & (hi - lo > _kernels.MERGE)
-        return RayIntervals(kept.sum(axis=1), lo[kept], hi[kept])
+        enter, leave = np.empty((2, int(counts.sum())))
+        found = _kernels.left(lo, hi, counts, between, bounded, enter, leave)
+        return RayIntervals(counts, enter[:found], leave[:found])
 
     def _intervals(
         self, near: bool, origins: Floats, directions: Floats, counts: Ints, lo: Floats, hi: Floats

@@ -38,13 +38,16 @@ def span(D, nu, f, g, bend):
 
 
 @leaf
-def lasts(shot, side, D, way, bend):
-    """Time over which one end of a hit cannot leave what is covered by D; way -1 is backwards in time."""
+def lasts(shot, side, D, way, bend, width):
+    """Time over which one end of a hit cannot leave what is covered by D; way -1 is backwards in time.
+
+    Not all of it where that is known to be `width` or more.
+    """
     j, k = 1 + 4 * side, 9 + 2 * side
     nu = shot[j + 1] if side else -shot[j + 1]
     f = way * shot[j + 2]
     step = span(D, nu, f, shot[j + 3], bend)
-    if shot[k] >= 0.0:
+    if step < width and shot[k] >= 0.0:
         step = max(step, min(shot[k + 1], span(D, nu, f, 0.0, shot[k])))
     return step
 
@@ -95,6 +98,21 @@ def ball(p, limit, o, u, grow):
         return 1.0, 0.0
     half = np.sqrt(room)
     return s - half, s + half
+
+
+@leaf
+def apart(seg, i0, i1, p, limit, bend, half, o, u, lo, hi, n):
+    """Whether no pose within `half` of this one meets the line outside of what is known at its ends: n intervals lo, hi."""
+    e = 0.5 * bend * half * half
+    sx, sy, sz = p[6] + limit[0] * p[9], p[7] + limit[0] * p[10], p[8] + limit[0] * p[11]
+    spin = np.sqrt(p[9] ** 2 + p[10] ** 2 + p[11] ** 2)
+    grow = half * (np.sqrt(sx * sx + sy * sy + sz * sz) + spin * limit[1]) + e
+    a, b = ball(p, limit, o, u, grow)
+    if n > 0 and lo[0] <= a:
+        a = max(a, hi[0])
+    if n > 0 and hi[n - 1] >= b:
+        b = min(b, lo[n - 1])
+    return a > b or empty(seg, i0, i1, p, o, u, a, b, half, e)
 
 
 @leaf
@@ -191,12 +209,7 @@ def _settled(
                     p[k] = poses[1, k]
             else:
                 state(waves, t, p)
-            e = 0.5 * bend * half * half
-            sx, sy, sz = p[6] + limit[0] * p[9], p[7] + limit[0] * p[10], p[8] + limit[0] * p[11]
-            spin = np.sqrt(p[9] ** 2 + p[10] ** 2 + p[11] ** 2)
-            grow = half * (np.sqrt(sx * sx + sy * sy + sz * sz) + spin * limit[1]) + e
-            a, b = ball(p, limit, o, u, grow)
-            if a > b or empty(seg, i0, i1, p, o, u, a, b, half, e):
+            if apart(seg, i0, i1, p, limit, bend, half, o, u, lo, hi, n):
                 continue
             last = 0.0
         else:
@@ -220,10 +233,12 @@ def _settled(
                 pa, pb = 0.0, 0.0
                 if kA >= 0:
                     D = way * (A[j] - (lo[kA] if side == 0 else hi[kA])) + slack
-                    pa = lasts(A, side, D, 1.0, bend)
+                    pa = lasts(A, side, D, 1.0, bend, w)
+                if both and pa >= w:
+                    continue
                 if kB >= 0:
                     D = way * (B[j] - (lo[kB] if side == 0 else hi[kB])) + slack
-                    pb = lasts(B, side, D, -1.0, bend)
+                    pb = lasts(B, side, D, -1.0, bend, w)
                 if both:  # each side by itself; cut where the worse one is open
                     if w - pa - pb > gap:
                         gap, da, db = w - pa - pb, pa, pb
@@ -288,6 +303,8 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
     poses = np.zeros((3, 12))  # at the start, half way and at the end: the same for all rays
     for k in range(3):
         state(waves, 0.5 * k, poses[k])
+    # whether the ray before passes by a piece: so may this one, and that is asked first
+    beside = np.zeros(len(limits), dtype=np.bool_)
     for i in range(len(origins)):
         u = directions[i]
         shift = -(origins[i, 0] * u[0] + origins[i, 1] * u[1] + origins[i, 2] * u[2])
@@ -298,12 +315,20 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
             lo[i, j] -= shift
             hi[i, j] -= shift
         for piece in range(len(ends) - 1):
+            limit = limits[piece]
+            if beside[piece] and apart(
+                seg, ends[piece, 2], ends[piece + 1, 2], poses[1], limit, bending(limit, limit[1], 1.0), 0.5, o, u,
+                lo[i], hi[i], n,
+            ):  # fmt: skip
+                continue
+            known, first, last = n, hi[i, 0], lo[i, max(n - 1, 0)]
             n = ray_piece(
-                seg, planes, arcs, ends, piece, limits[piece], waves, o, u, tol, cells, shots, poses, p, lo[i],
+                seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo[i],
                 hi[i], n,
             )  # fmt: skip
             if n < 0:
                 break
+            beside[piece] = n == known and hi[i, 0] == first and lo[i, max(n - 1, 0)] == last
         counts[i] = n
         for j in range(max(n, 0)):
             lo[i, j] += shift

@@ -26,9 +26,13 @@ def state(waves, t, p) -> None:
         p[k] = 0.0
     for j in range(len(waves)):
         w = waves[j, 0]
-        cos, sin = 1.0, 0.0
-        if w != 0.0:
-            cos, sin = np.cos(w * t), np.sin(w * t)
+        if w == 0.0:
+            for k in range(3):
+                p[k] += waves[j, 1 + k] + t * waves[j, 7 + k]
+                p[3 + k] += waves[j, 13 + k]
+                p[6 + k] += waves[j, 7 + k]
+            continue
+        cos, sin = np.cos(w * t), np.sin(w * t)
         for k in range(3):
             re = waves[j, 1 + k] + t * waves[j, 7 + k]
             im = waves[j, 4 + k] + t * waves[j, 10 + k]
