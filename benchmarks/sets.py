@@ -170,7 +170,7 @@ def _summary(pack: Path) -> dict[str, Any]:
     cut = blocks.filter(pl.col("removed_mm3") > 0.0)
     relative = (cut["removed_hi_mm3"] - cut["removed_lo_mm3"]) / cut["removed_mm3"]
     return {
-        "blocks": len(blocks), "removing": len(cut),
+        "blocks": len(blocks), "removing": len(cut), "proven": int(cut["proven"].sum()),
         "removed_mm3": float(blocks["removed_mm3"].sum()),
         "width_median": float(relative.median() or 0.0),  # type: ignore[arg-type]  # a float column
         "axes": 3 if bool((blocks["k"] == 1.0).all()) else 5,
@@ -183,7 +183,7 @@ def _page(cases: CaseSet, out: Path, summaries: Mapping[str, Mapping[str, Any]])
     """README.md of a set: one page."""
     rows = "\n".join(
         f"| [`{case.name}`]({case.name}/README.md) | {case.shows} | {s['axes']} | {'; '.join(s['tools'])} | {s['blocks']} | "
-        f"{s['removed_mm3']:.3f} | {100.0 * s['width_median']:.2g} % | {case.engine} |"
+        f"{s['removed_mm3']:.3f} | {100.0 * s['width_median']:.2g} % | {s['proven']} of {s['removing']} | {case.engine} |"
         for case in cases.cases
         for s in (summaries[case.name],)
     )
@@ -195,8 +195,8 @@ def _page(cases: CaseSet, out: Path, summaries: Mapping[str, Mapping[str, Any]])
 
 {len(cases.cases)} programs, {total} blocks, {size / 1e6:.1f} MB. Licence: CC0 1.0, see `LICENCE.md`.
 
-| case | shows | axes | cutters | blocks | removed, mm³ | width of a block's bracket, median | engine |
-|---|---|---|---|---|---|---|---|
+| case | shows | axes | cutters | blocks | removed, mm³ | width of a block's bracket, median | proven | engine |
+|---|---|---|---|---|---|---|---|---|
 {rows}
 
 ## What is in a case
