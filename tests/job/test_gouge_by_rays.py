@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 import vmachining as vm
 from tests.report.pagedata import unpacked
 from tests.tinyjob import JOB, PROGRAM
+from vmachining.cli.main import run as command
 from vmachining.job.stock import write_stock
 from vmachining.stock import BoxStock
 
@@ -55,3 +57,23 @@ def test_files_of_the_workpiece_are_coloured_by_block(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "part.3mf") as package:
         model = package.read("3D/3dmodel.model").decode()
     assert model.count("<m:color ") == 3 and model.count('p1="1"') == 4 and 'color="#B8B8B8"' in model
+
+
+def test_the_command_that_measures_has_the_depths_of_a_gouge(tmp_path: Path) -> None:
+    """`measure` asks the discrete vectors; a job without a design is refused with the table that it needs."""
+    write_stock(BoxStock((0, 0, -4), (10, 18, -0.7)).mesh(0.1)[0], tmp_path / "part.stl")
+    (tmp_path / "tiny.nc").write_text(PROGRAM)
+    (tmp_path / "job.toml").write_text(JOB + '[design]\nstl = "part.stl"\ntolerance_mm = 0.05\n')
+    out = tmp_path / "out"
+    assert command(["measure", str(tmp_path / "job.toml"), "--out", str(out), "--quiet"]) == 0
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["max_overcut_mm"] == pytest.approx(0.3, abs=1e-4)
+    assert pl.read_parquet(out / "blocks.parquet")["engine"].unique().to_list() == ["vectors"]
+    assert (out / "deviation.csv").is_file()
+
+
+def test_measuring_needs_a_design(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "tiny.nc").write_text(PROGRAM)
+    (tmp_path / "job.toml").write_text(JOB)
+    assert command(["measure", str(tmp_path / "job.toml"), "--out", str(tmp_path / "out")]) == 2
+    assert "[design]" in capsys.readouterr().err

@@ -103,10 +103,54 @@ def test_a_result_of_other_files_is_named(
     program.write_text(program.read_text().replace("F600", "F601"))
     before = {path.name: path.read_bytes() for path in out.iterdir()}
     assert command(["contact", str(out)]) == 2
-    assert "job, program or stock changed since this result was made" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert f"the program file {program} changed since this result was made" in told
     assert command(["check", str(tmp_path)]) == 2
     assert "is not a result of a run" in capsys.readouterr().err
     assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert command(["run", str(job), "--out", str(out), "--stages", "cut", "--resume"]) == 0
+    told = capsys.readouterr().err
+    assert f"the program file {program} changed since this result was made; nothing of it is kept" in told
+
+
+def test_a_result_of_another_version_is_made_anew_and_says_so(
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert command(["run", str(job), "--out", str(out), "--stages", "cut", "--quiet"]) == 0
+    manifest = json.loads((out / "manifest.json").read_text())
+    manifest["versions"]["vmachining"] = "0.0.1"
+    (out / "manifest.json").write_text(json.dumps(manifest))
+    assert command(["contact", str(out), "--blocks", "sample"]) == 0
+    assert "this result was made by vmachining 0.0.1, this is " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["contact", "OUT", "--blocks", "3-5"], "--blocks '3-5' is not understood; give none | sample | all"),
+        (
+            ["run", "JOB", "--out", "OUT", "--resume", "--contact", "3-5"],
+            "--contact '3-5' is not understood; give none | sample | all",
+        ),
+    ],
+)
+def test_an_unknown_choice_of_contact_is_refused_by_its_option(
+    words: list[str], text: str, job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert command(["run", str(job), "--out", str(out), "--stages", "cut", "--quiet"]) == 0
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    assert command([{"OUT": str(out), "JOB": str(job)}.get(word, word) for word in words]) == 2
+    assert text in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_a_part_is_no_result_to_add_to(job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    assert command(["run", str(job), "--out", str(out), "--part", "1/2", "--quiet"]) == 0
+    assert command(["contact", str(out)]) == 2
+    assert "is part 1/2 of a run, and has no finished table; join all parts" in capsys.readouterr().err
 
 
 def test_seconds_and_memory_are_taken_after_the_report(job: Path, tmp_path: Path) -> None:

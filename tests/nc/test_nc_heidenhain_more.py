@@ -289,6 +289,12 @@ def test_speeds_and_feeds_of_the_tool_call():
 def test_feeds_of_cycles_by_their_kind():
     program = read(DRILL.replace("Q206=100", "Q206=FAUTO") + "L X+1 FMAX M99")
     assert [m.feed_mm_min for m in program.moves if m.feed_mm_min] == [200.0]
+    for written in ("Q206= AUTO ;FEED RATE", "Q206=AUTO"):  # as a control stores it
+        program = read(DRILL.replace("Q206=100", written + "~\n") + "L X+1 FMAX M99")
+        assert codes(program) == []
+        assert [m.feed_mm_min for m in program.moves if m.feed_mm_min] == [200.0]
+    program = read(DRILL.replace("Q206=100", "Q206=AUTO") + "L X+1 FMAX M99", head="TOOL CALL 1 Z S1000\nM3")
+    assert codes(program) == ["E301"] and "which has none" in program.findings[0].message
     program = read(DRILL.replace("Q206=100", "Q206=FU0.1") + "L X+1 FMAX M99")
     assert [m.feed_mm_min for m in program.moves if m.feed_mm_min] == [100.0]
 
@@ -361,3 +367,21 @@ def test_a_garbled_coordinate_system_is_refused(block):
 def test_a_garbled_value_of_a_cycle_is_refused_with_its_holes(value):
     program = read(DRILL.replace("Q203=0", value) + "L X+9 Y+9 R0 FMAX M99")
     assert codes(program) == ["E109"] and min(move.end[2] for move in program.moves) > 0.0
+
+
+@pytest.mark.parametrize("slash", ["/ {}", "/{}", "{} /", "{} / "])
+def test_a_slash_stands_before_or_after_the_number_of_a_block(slash):
+    """TNC files have `/ 13 STOP`; both are skipped where block delete is on, and read where it is off."""
+    text = "10 L X+1 F100\n{} L X+5\n12 L X+2".replace("{}", slash.format(11))
+    whole, short = read(text), read(text, block_delete=True)
+    assert codes(whole) == codes(short) == []
+    assert [m.end[0] for m in whole.moves] == [1.0, 5.0, 2.0] and [m.n for m in whole.moves] == [10, 11, 12]
+    assert [m.end[0] for m in short.moves] == [1.0, 2.0]
+
+
+def test_a_skipped_cycle_keeps_its_values_on_lines_of_their_own():
+    """The values of a cycle follow without `~`, whatever stands before its number."""
+    text = DRILL.replace("Q206=100", "Q206=150").replace(" Q2", "\n  Q2")
+    for head in ("/ 11 ", "/11 ", "11 /", "11 "):
+        program = read(head + text.strip() + "\n12 L X+1 FMAX M99")
+        assert codes(program) == [] and [m.feed_mm_min for m in program.moves if m.feed_mm_min] == [150.0]

@@ -1,4 +1,4 @@
-"""The commands that simulate jobs: run, check, contact, init, batch, warm, demo."""
+"""The commands that simulate jobs: run, measure, merge, check, contact, init, batch, warm, demo."""
 
 from __future__ import annotations
 
@@ -99,6 +99,19 @@ class Run:
     tool: OneTool = None
     units: Units = ""
     options: RunOptions
+    resume: Resume = False
+    force: Force = False
+    quiet: Quiet = False
+    as_json: Json = False
+
+
+@command(jobs, "jobs:measure", shown=("measure job.toml --out out/measured",))
+class Measure:
+    """Measure the finished workpiece against [design] by discrete vectors: overcut, undercut, where it is."""
+
+    job: Annotated[Path, arg("JOB.toml", "Job file with [design].")]
+    out: Out = None
+    stock: StockOut = "stl"
     resume: Resume = False
     force: Force = False
     quiet: Quiet = False

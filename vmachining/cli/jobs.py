@@ -1,4 +1,4 @@
-"""run and demo."""
+"""run, measure, merge, check, contact and demo."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from vmachining.cli.job_commands import CheckResult, Contact, Demo, Merge, Run, RunOptions
+from vmachining.cli.job_commands import CheckResult, Contact, Demo, Measure, Merge, Run, RunOptions
 from vmachining.cli.main import Code
 from vmachining.cli.options import belong
 from vmachining.cli.screen import emit, note, progress_bar
@@ -23,12 +23,13 @@ from vmachining.job.batch.one import ACCURACY, with_accuracy
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
 from vmachining.job.files import read_manifest, write_atomic
 from vmachining.job.folder import RUN, FolderLock
+from vmachining.job.given import refuse_contact
 from vmachining.job.parts import Parts, parse_part, read_parts
 from vmachining.job.reading import read_job_program
 from vmachining.job.run import run_part
 from vmachining.job.shown import how_sure
 from vmachining.job.spent import in_words
-from vmachining.job.store import PARTS, finished, same_inputs
+from vmachining.job.store import PARTS, changed_inputs, finished, why_anew
 from vmachining.job.toolpath import Toolpath
 from vmachining.progress import Progress
 from vmachining.textfile import parse_toml, read_text
@@ -188,6 +189,7 @@ def run_job(
 ) -> int:
     """`vmachining run`, or `strategies` with `every_strategy`. told : hears of the progress, too. parts : that are merged."""
     parse_brep(options.brep)
+    refuse_contact(options.contact)
     formats = check_formats(options.stock)
     steps = parse_blocks(options.stock_at, "--stock-at") if options.stock_at is not None else ()
     accuracy = {name: getattr(options, name) for name in ACCURACY}
@@ -208,6 +210,8 @@ def run_job(
         if as_json:
             emit(summary)
         return Code.DONE
+    if resume and (why := why_anew(job, folder)):
+        note(f"{folder}: {why}; nothing of it is kept, everything is computed again", quiet=silent)
     with FolderLock(folder) as lock:
         command = "strategies" if every_strategy else "run"
         again = ["vmachining", command, str(file), "--out", str(folder), "--resume", *options.words()]
@@ -270,6 +274,14 @@ def run_job(
     return Code.FINDINGS if refused else Code.DONE
 
 
+def measure(o: Measure) -> int:
+    """`vmachining measure`: a run by the vectors engine."""
+    options = RunOptions(engine="vectors", stock=o.stock)
+    return run_job(
+        o.job, options, out=o.out, resume=o.resume, quiet=o.quiet, as_json=o.as_json, force=o.force
+    )
+
+
 def merge_(o: Merge) -> int:
     """`vmachining merge`: the result of a run whose parts are complete."""
     parts = read_parts(o.folders)
@@ -284,11 +296,18 @@ def merge_(o: Merge) -> int:
 def add_to_result(o: CheckResult | Contact) -> int:
     """`vmachining check` and `contact`: one more stage of a complete result, with the options that it has."""
     folder = o.result
+    if isinstance(o, Contact):
+        refuse_contact(o.blocks, "--blocks")
     manifest = read_manifest(folder)
     if manifest is None or manifest.get("kind") != RUN:
         raise InputError(
             "is not a result of a run", file=str(folder), remedy="give the directory that `run` wrote"
         )
+    if "part" in manifest["options"]:
+        raise InputError(
+            f"is part {manifest['options']['part']} of a run, and has no finished table", file=str(folder),
+            remedy="join all parts by `vmachining merge`, and ask the result",
+        )  # fmt: skip
     file, options = _as_before(folder, manifest, o.asked())
     return run_job(file, options, out=folder, resume=True, quiet=o.quiet, as_json=o.as_json)
 
@@ -311,9 +330,9 @@ def _as_before(
             remedy="vmachining run JOB.toml --resume --out of this directory, with the same options",
         )  # fmt: skip
     job = Job.load(file)
-    if not same_inputs(job, manifest):
+    if changed := changed_inputs(job, manifest):
         raise InputError(
-            "job, program or stock changed since this result was made", file=str(folder),
+            f"{' and '.join(changed)} changed since this result was made", file=str(folder),
             remedy="run the job again; this result stays valid for the inputs in its manifest",
         )  # fmt: skip
     stages = [name for name in PARTS if name in before.get("stages", PARTS)]

@@ -65,6 +65,12 @@ class RunOptions:
         return found | {name: value for name, value in rare.items() if value}
 
 
+def refuse_contact(contact: str, option: str = "--contact") -> None:
+    """Refuse a word that names no choice of blocks with contact. option : what it was given by."""
+    if contact not in CONTACTS:
+        raise InputError(f"{option} {contact!r} is not understood", remedy=f"give {' | '.join(CONTACTS)}")
+
+
 def asked_stages(stages: Sequence[str], contact: str, job: Job) -> list[str]:
     """What is to be done, in its order; stages are given as words, or as one text with commas.
 
@@ -74,8 +80,7 @@ def asked_stages(stages: Sequence[str], contact: str, job: Job) -> list[str]:
         stages = stages.split(",")
     if unknown := [name for name in stages if name not in PARTS]:
         raise InputError(f"unknown stage {unknown[0]!r}", remedy=f"take some of {', '.join(PARTS)}")
-    if contact not in CONTACTS:
-        raise InputError(f"--contact {contact!r} is not understood", remedy=f"give {' | '.join(CONTACTS)}")
+    refuse_contact(contact)
     chosen = [name for name in PARTS if name == "cut" or name in stages]
     if job.keys.feed is not None and "plan" in chosen and ("contact" not in chosen or contact != "all"):
         raise InputError(

@@ -21,7 +21,7 @@ from typing import Any
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
 from vmachining.errors import JobError
-from vmachining.job.files import MANIFEST, STAGES, atomic_path, read_manifest, sha256
+from vmachining.job.files import MANIFEST, STAGES, atomic_path, read_manifest, sha256, versions
 from vmachining.job.folder import PATTERN, WORKING, ResultFolder
 from vmachining.job.jobfile import Job
 from vmachining.textfile import parse_json
@@ -113,16 +113,36 @@ def _other_origin(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, 
 
 def same_inputs(job: Job, manifest: Mapping[str, Any] | None) -> bool:
     """Whether a manifest is about exactly the files of a job."""
-    if manifest is None:
-        return False
-    inputs = manifest.get("inputs", {})
+    return manifest is not None and not changed_inputs(job, manifest)
+
+
+def changed_inputs(job: Job, manifest: Mapping[str, Any]) -> list[str]:
+    """Files of a job, or of its result, that are not those of a manifest: what each is for, and its name."""
+    inputs: Mapping[str, Mapping[str, str]] = manifest.get("inputs", {})
+    here = dict(job.inputs)
     for role, entry in inputs.items():  # a program may call others, in files that only its last run knows
         if role.startswith("subprogram"):
-            file = Path(entry["file"])
-            if not file.is_file() or sha256(file) != entry["sha256"]:
-                return False
-    known = {role: entry["sha256"] for role, entry in inputs.items() if not role.startswith("subprogram")}
-    return known == {role: sha256(path) for role, path in job.inputs.items()}
+            here[role] = Path(entry["file"])
+    changed = [
+        role
+        for role in dict.fromkeys((*inputs, *here))
+        if role not in inputs
+        or role not in here
+        or not here[role].is_file()
+        or sha256(here[role]) != inputs[role]["sha256"]
+    ]
+    return [f"the {role} file {here[role] if role in here else inputs[role]['file']}" for role in changed]
+
+
+def why_anew(job: Job, folder: Path) -> str | None:
+    """Why a complete result is no start for a run that continues, see `continued`; None: it is one, or is not complete."""
+    manifest = read_manifest(folder)
+    if manifest is None or not manifest.get("complete"):
+        return None
+    if changed := changed_inputs(job, manifest):
+        return f"{' and '.join(changed)} changed since this result was made"
+    made_by, this = manifest.get("versions", {}).get("vmachining"), versions()["vmachining"]
+    return None if made_by == this else f"this result was made by vmachining {made_by}, this is {this}"
 
 
 def finished(job: Job, folder: Path, wanted: Mapping[str, Any] | None = None) -> dict[str, Any] | None:

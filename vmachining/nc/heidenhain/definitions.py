@@ -17,7 +17,7 @@ from vmachining.nc.refusal import PenError, misread, refused
 _SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\s*\.\s*(\d{1,2})\s*(.*)")
 _CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\b\s*(.*)")
 _VALUES: Final = re.compile(
-    r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|FAUTO|F[UZ]\s*[\d.]*|PREDEF))(?![\d.A-PR-Z])"
+    r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|F?AUTO|F[UZ]\s*[\d.]*|PREDEF))(?![\d.A-PR-Z])"
 )
 _GARBLED: Final = re.compile(r"[^\s=]{0,20}\s*=\s*\S*|\bQ\d\S*")
 """What is left beside the name of a cycle and its values: a value that cannot be read."""
@@ -216,12 +216,15 @@ class Definitions(Coordinates):
         if text in ("MAX", "FMAX") and key in _CUTTING:
             what = f"{key}={text}: a rapid is no feed into material"
             raise PenError("E301", what, key, f"write the feed of {key}")
-        if text[0] in "FM":
+        if text in ("AUTO", "FAUTO") and key in _CUTTING and not self.tool_feed:
+            what = f"{key}={text} is the feed of the TOOL CALL, which has none"
+            raise PenError("E301", what, key, f"write F in the TOOL CALL, or the feed of {key}")
+        if text[0] in "AFM":
             feed = self.tool_feed or 0.0
             if text[:2] in ("FU", "FZ"):
                 rate = float(text[2:] or 0.0) * (self.pen.teeth() if text[1] == "Z" else 1)
                 return rate * (abs(self.pen.rpm) or self.speed)
-            return feed / self.pen.scale if text == "FAUTO" else 0.0
+            return feed / self.pen.scale if text.endswith("AUTO") else 0.0
         return self.q.number(text)
 
     def _do_global(self, text: str) -> None:

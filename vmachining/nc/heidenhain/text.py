@@ -26,9 +26,10 @@ class Word(NamedTuple):
     text: str
 
 
-_NUMBERED: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]+|$)")
+_NUMBERED: Final = re.compile(r"[ \t]*(/?)[ \t]*(\d+)(?:[ \t]+|$)")
+"""A control writes the slash of a skipped block before its number, `/ 13 STOP`; `13 /STOP` is the older form."""
 _PARAMETER: Final = re.compile(r"[ \t]*Q\d{3,4}[ \t]*=", re.IGNORECASE)
-_CYCLE: Final = re.compile(r"[ \t]*\d*[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}\b", re.IGNORECASE)
+_CYCLE: Final = re.compile(r"[ \t]*/?[ \t]*\d*[ \t]*/?[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}\b", re.IGNORECASE)
 _ASIDE: Final = re.compile(r"\(.*\)")
 """A line in round brackets, which no block is: a remark that editors and simulators write."""
 _COMMA: Final = re.compile(r"(?<=\d),(?=\d)")
@@ -59,11 +60,12 @@ def blocks(lines: Sequence[str]) -> list[Block]:
             at += 1
         at += 1
         number = _NUMBERED.match(raw)
-        n = int(number[1][:9]) if number else None
+        n = int(number[2][:9]) if number else None
         parts[0] = raw[number.end() :] if number else raw
         text = " ".join(_bare(part) for part in parts).strip()
         skip = text.startswith("/")
         text = text[1:].lstrip() if skip else text
+        skip = skip or bool(number and number[1])
         if _ASIDE.fullmatch(text):
             continue
         if text and not text.startswith("*") and not parts[0].lstrip().startswith(";"):
