@@ -319,3 +319,16 @@ def test_a_tilted_plane_takes_nothing_of_an_older_one():
 )
 def test_patterns_and_pockets_of_a_haas_that_are_incomplete(block):
     assert {code for code, _ in refused(block, "haas")} == {"E208"}
+
+
+def test_register_0_alone_takes_the_tool_length_away():
+    """Operator's manual 0i, tool length offset: H0 holds no length; under G43 it acts as G49, elsewhere it does nothing."""
+
+    def slides(body: str) -> list[float]:
+        """Z of the machine, mm: with a length in force it is that much above the program's."""
+        return [move.end_machine[2] for move in read("T1 M6\n" + body).moves]
+
+    assert slides("G43 H1 Z20.\nX3.")[-2:] == [70.0, 70.0]  # tool 1 is 50 long
+    for word in ("H0", "G49", "G43 H0"):
+        assert slides(f"G43 H1 Z20.\n{word} Z100.\nX3.")[-2:] == [100.0, 100.0]
+    assert slides("H0 Z100.") == slides("Z100.") == [5.0, 100.0]

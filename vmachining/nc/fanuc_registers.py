@@ -79,6 +79,8 @@ class Registers:
             if number == 0.0 and codes & {430, 440}:
                 for code in (430, 440):
                     out.replace(code, 490)
+            elif number == 0.0 and any(state.length) and 490 not in codes:
+                out.add("G", 49.0, like)  # under G43 register 0 holds no length
             elif number != tool and tool:
                 what = f"{like.text}: a register of tool lengths; the one of the tool in the spindle is taken"
                 self.say("H", like, what)
