@@ -129,18 +129,6 @@ def test_results_of_another_kind_are_somebody_elses(tmp_path, capsys):
     assert "was not made by this command" in capsys.readouterr().err
 
 
-def test_a_directory_of_an_earlier_version_is_ours(tmp_path):
-    """Its manifest names the outputs and no digests."""
-    job, out = Job.load(write_job(tmp_path)), tmp_path / "out"
-    run(job, out=out).write(out)
-    old = json.loads((out / "manifest.json").read_text())
-    for key in ("kind", "files", "process", "command", "started", "ended"):
-        del old[key]
-    (out / "manifest.json").write_text(json.dumps(old))
-    run(job, out=out).write(out, stock=())
-    assert not (out / "stock.stl").exists()
-
-
 @pytest.mark.slow  # 6 s
 def test_a_manifest_says_what_made_the_files(tmp_path):
     job, out = write_job(tmp_path), tmp_path / "out"
@@ -251,3 +239,28 @@ def test_a_checkpoint_grows_with_the_workpiece_and_not_with_the_program(tmp_path
     assert sizes[1] <= 1.01 * sizes[0]
     resumed = run(job, out=tmp_path / "out", engine="mesh", resume=True).summary
     assert resumed["final_mm3"] == pytest.approx(run(job, engine="mesh").summary["final_mm3"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("place", "wrong"),
+    [
+        (("options",), None), (("options", "brep"), 3), (("options", "contact"), "some"), (("options", "stages"), "cut"),
+        (("inputs", "job"), []), (("versions",), ["1"]), (("checkpoints",), []), (("checkpoints", "program", "done"), -1),
+        (("checkpoints", "program", "file"), "../checkpoint.program.3.npz"), (("stage_seconds", "cut"), "x"),
+        (("files",), {"blocks.csv": 1}), (("process",), "x"),
+    ],
+)  # fmt: skip
+def test_a_damaged_manifest_is_refused(place, wrong, tmp_path, capsys):
+    """Each of these ended in an internal failure, or a file outside of the directory was removed."""
+    job, out = write_job(tmp_path), tmp_path / "out"
+    with pytest.raises(Stopped):
+        run(Job.load(job), out=out, stop=lambda: True)
+    manifest = json.loads((out / "manifest.json").read_text())
+    inner = manifest
+    for name in place[:-1]:
+        inner = inner[name]
+    inner[place[-1]] = wrong
+    (out / "manifest.json").write_text(json.dumps(manifest))
+    assert command(["run", str(job), "--out", str(out), "--resume"]) == 2
+    assert "manifest.json: was not made by this command" in capsys.readouterr().err
+    assert command(["check", str(out)]) == 2 and "is not a result of a run" in capsys.readouterr().err

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+from contextlib import suppress
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -12,8 +14,9 @@ import pytest
 from tinyjob import FEED, JOB, write_job
 
 from vmachining.cli.main import run as command
-from vmachining.errors import JobError
+from vmachining.errors import InputError, JobError
 from vmachining.job import Job, Stopped, run
+from vmachining.job.folder import ResultFolder
 from vmachining.job.store import finished
 
 
@@ -158,3 +161,73 @@ def test_without_the_archive_the_run_is_done_again(job: Path, tmp_path: Path) ->
     assert finished(Job.load(job), out) is not None
     done, rows = passes(job, out, brep="2")
     assert done["program"] == 9 and rows["brep_status"].to_list().count("agreed") == 1
+
+
+def test_whenever_a_run_that_adds_is_killed_nothing_is_cut_again(
+    job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The directory as it is before each of its manifests, after what was made before is gone, and while checkpoints are
+    unpacked: from each of them the run continues after the last block that was cut."""
+    out, moments = tmp_path / "out", [0]
+    run(Job.load(job), out=out, contact="none").write(out)
+
+    def told(function):
+        def call(*words, **options):
+            shutil.copytree(out, tmp_path / f"killed-{len(moments)}")
+            moments.append(0)
+            return function(*words, **options)
+
+        return call
+
+    with monkeypatch.context() as patch:
+        patch.setattr(ResultFolder, "save", told(ResultFolder.save))
+        patch.setattr("vmachining.job.result.now", told(lambda: "2026-01-01T00:00:00Z"))
+        patch.setattr(shutil, "copyfileobj", told(shutil.copyfileobj))
+        run(Job.load(job), out=out, resume=True).write(out, report=False)
+    assert len(moments) > 10
+    for folder in sorted(tmp_path.glob("killed-*")):
+        begun: dict[str, int] = {}
+        with suppress(Stopped):
+            run(
+                Job.load(job), out=folder, resume=True, stop=lambda: True,
+                progress=lambda name, now, total, begun=begun: begun.setdefault(name, now),
+            )  # fmt: skip
+        assert begun["program"] == 9, sorted(path.name for path in folder.iterdir())
+        assert not list(folder.glob(".*tmp*"))
+
+
+def test_an_archive_that_changed_or_is_somebodys_is_left_alone(job: Path, tmp_path: Path) -> None:
+    out, theirs = tmp_path / "out", tmp_path / "theirs"
+    theirs.mkdir()
+    (theirs / "stages.zip").write_bytes(b"of somebody")
+    with pytest.raises(InputError, match="was not made by this command"):
+        run(Job.load(job), out=theirs)
+    assert (theirs / "stages.zip").read_bytes() == b"of somebody"
+    result = run(Job.load(job), out=out, contact="none")
+    with pytest.raises(InputError, match="was not made by this command"):
+        result.write(theirs)
+    result.write(out)
+    with ZipFile(out / "stages.zip", "a") as archive:
+        archive.comment = b"changed"
+    with pytest.raises(InputError, match="was changed since it was made"):
+        run(Job.load(job), out=out, resume=True)
+
+
+def test_a_result_that_is_written_twice_has_its_own_stages_in_both_places(job: Path, tmp_path: Path) -> None:
+    """The second directory held an older result, with other volumes: its stages would have been continued."""
+    here, there = tmp_path / "here", tmp_path / "there"
+    run(Job.load(job), out=there, width=0.2, contact="none").write(there, report=False)
+    result = run(Job.load(job), out=here, contact="none")
+    for folder in (here, there):
+        result.write(folder, report=False)
+    assert (here / "stages.zip").read_bytes() == (there / "stages.zip").read_bytes()
+    done, _ = passes(job, there)
+    assert done["program"] == 0 and done["engagement"] == 9
+
+
+def test_an_interrupted_run_keeps_its_csv(job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vmachining.job.course.MOST_CSV", 3)
+    with pytest.raises(Stopped):
+        run(Job.load(job), out=tmp_path / "out", csv=True, contact="none", stop=lambda: True)
+    run(Job.load(job), out=tmp_path / "out", resume=True, contact="none")
+    assert (tmp_path / "out" / "blocks.csv").is_file()

@@ -22,7 +22,7 @@ from vmachining.job.batch import safe_name
 from vmachining.job.batch.one import ACCURACY, with_accuracy
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
 from vmachining.job.files import read_manifest, write_atomic
-from vmachining.job.folder import RUN, FolderLock
+from vmachining.job.folder import FolderLock, ResultFolder
 from vmachining.job.given import refuse_contact
 from vmachining.job.parts import Parts, parse_part, read_parts
 from vmachining.job.reading import read_job_program
@@ -298,8 +298,8 @@ def add_to_result(o: CheckResult | Contact) -> int:
     folder = o.result
     if isinstance(o, Contact):
         refuse_contact(o.blocks, "--blocks")
-    manifest = read_manifest(folder)
-    if manifest is None or manifest.get("kind") != RUN:
+    manifest = ResultFolder(folder).earlier()
+    if manifest is None:
         raise InputError(
             "is not a result of a run", file=str(folder), remedy="give the directory that `run` wrote"
         )

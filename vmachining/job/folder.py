@@ -20,12 +20,15 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vmachining.errors import EngineError, InputError, JobError
 from vmachining.job.files import (
     MANIFEST,
     OUTPUTS,
+    STAGES,
     make_folder,
     read_manifest,
     sha256,
@@ -62,6 +65,59 @@ ENGAGEMENT = (
 Identity: TypeAlias = tuple[int, int]
 
 
+class _Part(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+
+class _Input(_Part):
+    file: str
+    sha256: str
+
+
+class _Point(_Part):
+    file: str = Field(pattern=rf"^({PATTERN.pattern})$")
+    done: int = Field(ge=0)
+    total: int = Field(ge=0)
+
+
+class _Options(_Part):
+    engine: str | None
+    chord_mm: float | None
+    width: float | None
+    spacing_mm: float | None
+    directions: int | None
+    brep: str
+    brep_seconds: float
+    contact: Literal["none", "sample", "all"]
+    stages: list[str]
+    stock: list[str] = []
+    stock_at: list[int] = []
+    part: str | None = None
+
+
+class _Made(_Part):
+    """What every manifest of ours has. dataset : of a batch."""
+
+    process: int | None = None
+    files: dict[str, str | None]
+    dataset: dict[str, str | None] = {}
+
+
+class _Run(_Made):
+    """What that of a run has."""
+
+    job: str
+    job_file: str | None
+    complete: bool
+    options: _Options
+    inputs: dict[str, _Input]
+    versions: dict[str, str]
+    stage_seconds: dict[str, float]
+    checkpoints: dict[str, _Point]
+    stages: dict[str, _Point] = {}
+    outputs: list[str] = []
+
+
 def now() -> str:
     """The time in UTC, ISO 8601, to the second."""
     return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
@@ -95,7 +151,7 @@ class ResultFolder:
         path: Path,
         *,
         kind: str = RUN,
-        names: Collection[str] = (*OUTPUTS, *WORKING, MANIFEST),
+        names: Collection[str] = (*OUTPUTS, *WORKING, STAGES, MANIFEST),
         pattern: re.Pattern[str] | None = PATTERN,
         manifest: str = MANIFEST,
     ) -> None:
@@ -112,18 +168,20 @@ class ResultFolder:
         return {} if manifest is None else _named(manifest)
 
     def earlier(self) -> dict[str, Any] | None:
-        """The manifest that lies there, None if none exists or it is of another kind."""
+        """The manifest that lies there, None if none exists, it is of another kind, or it is damaged."""
         try:
             manifest = read_manifest(self.path, self._manifest)
         except JobError:
             return None
         if manifest is None:
             return None
-        # manifests before there were kinds
-        known = "kind" in manifest or (
-            self._kind == RUN and {"inputs", "versions", "options"} <= manifest.keys()
-        )
-        return manifest if known and manifest.get("kind", RUN) == self._kind else None
+        if manifest.get("kind") != self._kind:
+            return None
+        try:
+            (_Run if self._kind == RUN else _Made).model_validate(manifest)
+        except ValidationError:
+            return None
+        return manifest
 
     def refuse_foreign(self, inputs: Mapping[str, Path], same: Collection[str] = ()) -> None:
         """Refuse a directory where a file of ours would take the place of somebody's.
@@ -153,8 +211,8 @@ class ResultFolder:
                 )
 
     def _taken(self) -> Iterator[Path]:
-        """Paths in the directory whose names the command may write; dangling links, too."""
-        for name in sorted(self._names):
+        """Paths in the directory whose names the command may write, the manifest first; dangling links, too."""
+        for name in sorted(self._names, key=lambda name: (name != self._manifest, name)):
             if os.path.lexists(self.path / name):
                 yield self.path / name
         if self._pattern is not None and self.path.is_dir():
@@ -176,8 +234,7 @@ class ResultFolder:
     def tidy(self) -> None:
         """Remove what an earlier process was writing when it was killed."""
         manifest = self.earlier() or {}
-        maker = manifest.get("process")
-        if not isinstance(maker, int):
+        if (maker := manifest.get("process")) is None:
             return
         for name in (*_named(manifest), self._manifest):
             torn = temporary_name(self.path / name, maker)
@@ -207,13 +264,8 @@ class ResultFolder:
 
 
 def _named(manifest: Mapping[str, Any]) -> dict[str, str | None]:
-    """{name: digest}. Manifests of earlier versions have names without digests, of checkpoints and outputs."""
-    files = manifest.get("files")
-    if isinstance(files, dict):
-        return {name: digest for name, digest in files.items() if Path(name).name == name}
-    points = manifest.get("checkpoints", {}).values()
-    names = [*manifest.get("outputs", ()), *(point["file"] for point in points), *WORKING]
-    return dict.fromkeys(name for name in names if Path(name).name == name)
+    """{name: digest}."""
+    return {name: digest for name, digest in manifest["files"].items() if Path(name).name == name}
 
 
 def is_made(path: Path, made: Mapping[str, str | None]) -> bool:

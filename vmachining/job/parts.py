@@ -27,8 +27,8 @@ from vmachining.engines.protocol import Divisible, Engine, Removal, Share
 from vmachining.engines.serving import joined
 from vmachining.errors import EngineError, InputError
 from vmachining.job.executor import InProcess, Later
-from vmachining.job.files import read_manifest, source_digest
-from vmachining.job.folder import RUN, usable
+from vmachining.job.files import source_digest
+from vmachining.job.folder import ResultFolder, usable
 from vmachining.job.paths import CutterPath
 from vmachining.tool import Profile
 
@@ -272,9 +272,9 @@ def read_parts(folders: Sequence[Path]) -> Parts:
     cut: list[Path] = []
     contact: list[Path] = []
     for folder in folders:
-        manifest = read_manifest(folder) or {}
+        manifest = ResultFolder(folder).earlier() or {}
         text = manifest.get("options", {}).get("part")
-        if manifest.get("kind") != RUN or text is None:
+        if text is None:
             raise InputError(
                 "contains no part of a run", file=str(folder), remedy="give what `run --part K/N` wrote"
             )

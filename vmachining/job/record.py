@@ -66,13 +66,12 @@ class Record:
             self.save()  # from here on the directory says that it is not complete
             return
         place.tidy()
-        self._spent.add(old.get("stage_seconds", {"cut": float(old.get("seconds", 0.0))}))
+        self._spent.add(old["stage_seconds"])
         fresh["started"] = old.get("started", fresh["started"])
         fresh["files"] |= place.made() | dict.fromkeys(WORKING)  # these grow again
-        fresh["checkpoints"] = {
-            name: entry for name, entry in points.items() if (place.path / entry["file"]).is_file()
-        }
+        fresh["checkpoints"] = points
         place.manifest = fresh
+        self.save()
 
     def known(self, name: str) -> dict[str, Any] | None:
         """The checkpoint of a pass: file, done, total."""

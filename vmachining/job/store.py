@@ -14,6 +14,7 @@ done.
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -21,7 +22,7 @@ from typing import Any
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
 from vmachining.errors import JobError
-from vmachining.job.files import MANIFEST, STAGES, atomic_path, read_manifest, sha256, versions
+from vmachining.job.files import MANIFEST, STAGES, atomic_path, sha256, versions
 from vmachining.job.folder import PATTERN, WORKING, ResultFolder
 from vmachining.job.jobfile import Job
 from vmachining.textfile import parse_json
@@ -72,8 +73,12 @@ def continued(place: ResultFolder, old: Mapping[str, Any], new: dict[str, Any]) 
 
     Raises JobError: Names every option with its old and its new value, or the version, or the input that changed.
     """
-    ended, file = bool(old.get("complete")), place.path / MANIFEST
-    points: dict[str, Any] = old.get("stages" if ended else "checkpoints", {})
+    file, kept = place.path / MANIFEST, old.get("checkpoints", {})
+    points = {name: entry for name, entry in kept.items() if (place.path / entry["file"]).is_file()}
+    # a complete result; or one that was, whose process was killed while it unpacked, or laid down what it added
+    ended = "stages" in old and (not points or len(points) < len(kept))
+    if ended:
+        points = old["stages"] if (place.path / STAGES).is_file() else {}
     other = _other_origin(old, new)
     if not points or (ended and other is not None):
         return {}
@@ -89,11 +94,12 @@ def continued(place: ResultFolder, old: Mapping[str, Any], new: dict[str, Any]) 
         options["stages"] = [
             name for name in PARTS if name in {*before.get("stages", PARTS), *options["stages"]}
         ]
-        options |= {name: before[name] for name in ("stock", "stock_at", "csv") if name in before}
+        options |= {name: before[name] for name in ("stock", "stock_at") if name in before}
         new["stages"] = old["stages"]
+    if "csv" in before:  # of an interrupted run, too: no option takes it back
+        options["csv"] = before["csv"]
     if ended:
-        place.manifest = {**old, "complete": False, "files": {**old["files"]}}
-        return _reopen(place, old)
+        _reopen(place, old)
     return points
 
 
@@ -136,7 +142,7 @@ def changed_inputs(job: Job, manifest: Mapping[str, Any]) -> list[str]:
 
 def why_anew(job: Job, folder: Path) -> str | None:
     """Why a complete result is no start for a run that continues, see `continued`; None: it is one, or is not complete."""
-    manifest = read_manifest(folder)
+    manifest = ResultFolder(folder).earlier()
     if manifest is None or not manifest.get("complete"):
         return None
     if changed := changed_inputs(job, manifest):
@@ -152,7 +158,7 @@ def finished(job: Job, folder: Path, wanted: Mapping[str, Any] | None = None) ->
 
     Raises JobError: An option that would have given other numbers, see `refuse_other_options`.
     """
-    manifest = read_manifest(folder)
+    manifest = ResultFolder(folder).earlier()
     if manifest is None or not manifest.get("complete") or not same_inputs(job, manifest):
         return None
     if not all((folder / name).is_file() for name in manifest.get("outputs", ())):
@@ -190,11 +196,17 @@ def _in_addition(before: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
 
 
 def keep_stages(place: ResultFolder, source: Path) -> None:
-    """Put rows and checkpoints of all passes in `source` into `stages.zip`, for `_reopen`; without any what is there stays."""
-    points = place.manifest.get("checkpoints", {})
-    if not points:
+    """Put rows and checkpoints of all passes in `source` into `stages.zip`, for `_reopen`; or the one that was made there."""
+    points, packed = place.manifest.get("checkpoints", {}), source / STAGES
+    if not points and source == place.path:
         return
-    names = [*(entry["file"] for entry in points.values()), *(name for name in WORKING if name != STAGES)]
+    if not points:
+        place.manifest["files"].pop(STAGES, None)  # of another result
+        if packed.is_file():
+            with place.making(STAGES), atomic_path(place.path / STAGES) as temporary:
+                shutil.copyfile(packed, temporary)
+        return
+    names = [*(entry["file"] for entry in points.values()), *WORKING]
     place.manifest["stages"] = points
     with (
         place.making(STAGES),
@@ -207,17 +219,14 @@ def keep_stages(place: ResultFolder, source: Path) -> None:
                 archive.write(source / name, name, ZIP_DEFLATED if packs else ZIP_STORED, 1)
 
 
-def _reopen(place: ResultFolder, manifest: Mapping[str, Any]) -> dict[str, Any]:
-    """Unpack `stages.zip` of a complete result; the checkpoints of its manifest, none where it was not kept.
-
-    The manifest of `place` says from here on that the directory is not complete.
+def _reopen(place: ResultFolder, manifest: Mapping[str, Any]) -> None:
+    """Unpack `stages.zip` of a complete result; its manifest says from here on that the directory is not complete.
 
     Raises JobError: The archive is damaged, or holds something else.
     """
-    points: dict[str, Any] = manifest.get("stages", {})
     archive = place.path / STAGES
-    if not points or not archive.is_file():
-        return {}
+    place.tidy()
+    place.manifest = {**manifest, "complete": False, "process": os.getpid(), "files": {**manifest["files"]}}
     try:
         with ZipFile(archive) as packed:
             names = packed.namelist()
@@ -237,7 +246,6 @@ def _reopen(place: ResultFolder, manifest: Mapping[str, Any]) -> dict[str, Any]:
                         shutil.copyfileobj(source, sink)
     except (BadZipFile, EOFError) as exc:
         raise JobError(f"is damaged ({exc})", file=str(archive), remedy="run again without --resume") from exc
-    return points
 
 
 def together(earlier: Mapping[str, Any] | None, name: str, asked: Iterable[Any]) -> tuple[Any, ...]:

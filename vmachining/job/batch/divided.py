@@ -13,7 +13,7 @@ from vmachining.job.batch.cluster import ClusterPool
 from vmachining.job.batch.many import PATIENCE_S
 from vmachining.job.batch.one import Order, mark
 from vmachining.job.batch.pool import Ended
-from vmachining.job.files import fingerprints, make_folder, read_manifest
+from vmachining.job.files import fingerprints, make_folder
 from vmachining.job.folder import FolderLock, ResultFolder, program_words
 from vmachining.job.jobfile import Job
 from vmachining.job.parts import Part, Parts, read_parts
@@ -137,7 +137,7 @@ def forget_parts(folder: Path) -> None:
     if not home.is_dir():
         return
     for path in home.iterdir():
-        if NAME.fullmatch(path.name) and "part" in (read_manifest(path) or {}).get("options", {}):
+        if NAME.fullmatch(path.name) and "part" in (ResultFolder(path).earlier() or {}).get("options", {}):
             shutil.rmtree(path, ignore_errors=True)
     if not any(home.iterdir()):
         home.rmdir()
