@@ -91,6 +91,9 @@ def mesh_distance(p, a, b, c, normals, boxes, stack, square, first, reach):
             continue
         start = (node - leaves + 1) * LEAF
         for j in range(start, min(start + LEAF, len(a))):
+            n, q = normals[j, 0], a[j]
+            if abs((p[0] - q[0]) * n[0] + (p[1] - q[1]) * n[1] + (p[2] - q[2]) * n[2]) >= best:
+                continue  # its plane is no nearer
             u, v, w, what = nearest_on(p, a[j], b[j], c[j])
             d = distance(p, u, v, w)
             if d < best:
