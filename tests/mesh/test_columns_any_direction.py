@@ -25,6 +25,7 @@ from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Arc, Line
 from vmachining.stock import BoxStock, CylinderStock
 from vmachining.sweep import Pose, Sweep, Turn
+from vmachining.tool import FlatEnd
 
 
 def disagreeing(seed: int) -> str | None:
@@ -73,6 +74,17 @@ def test_a_leaning_slot_of_a_ball_has_its_closed_form(width: float) -> None:
     sweep, volume = leaning_slot(1.2)
     found = asked([], [sweep], width=width)
     assert found.lo <= volume <= found.hi and found.width <= 1.1 * width * found.estimate
+
+
+def test_what_lies_below_and_above_a_hole_counts_together() -> None:
+    """A slot of a flat end across a level hole: each upright column through the hole takes two pieces."""
+    hole, slot = (FlatEnd(diameter=d, length=40).profile for d in (2, 6))
+    x, y, z = np.eye(3)
+    drilled = Turn.great_circle(Pose(10.0 * x - 3.0 * z, x), Pose(-10.0 * x - 3.0 * z, x))
+    milled = Turn.great_circle(Pose(-12.0 * y - 6.0 * z, z), Pose(12.0 * y - 6.0 * z, z))
+    found = asked([Sweep.along(hole, drilled)], [Sweep.along(slot, milled)], way=z)
+    volume = 6.0 * 6.0 * 16.0 - 6.0 * np.pi
+    assert found.lo <= volume <= found.hi and found.width <= 0.011 * volume
 
 
 def test_the_surface_after_a_leaning_slot_is_closed_and_holds_what_is_left(tmp_path: Path) -> None:
@@ -290,7 +302,7 @@ def test_the_default_engine_proves_turning_blocks(tmp_path: Path) -> None:
 
 def test_a_block_that_stays_wide_is_what_columns_and_the_mesh_engine_both_allow() -> None:
     """A flat end with a small lead angle: no wider than either alone, and both are named."""
-    case, options = case_of(912), Options(chord=0.05)
+    case, options = case_of(222), Options(chord=0.05)
     default, meshed = ColumnsFirst.of(BOX, options), MeshEngine.of(BOX, options)
     for sweep in case.earlier:
         default.cut(sweep), meshed.cut(sweep)

@@ -14,7 +14,7 @@ UPRIGHT = 1e-9  # |n.t| of a face of the stock along the columns
 SLOTS, FACES = 64, 64  # sweeps that are looked at in a cell, and faces of a stock, at most
 KEPT = 1 << 14  # witnesses
 COVERS = np.int64(1)  # the bit of rules for L1 of earlier sweeps
-ZERO = np.int64(0)
+ZERO, ONE = np.int64(0), np.int64(1)
 
 
 class Room(NamedTuple):
@@ -143,6 +143,46 @@ def _sides(room, q, a, b, h, G, g, x, y):
 
 
 @leaf
+def _gap(room, lows, ups, top, mine, n, m, cut):
+    """mm^3 at least, over polygon Q[0], of what the proven part `mine` of k has above sweeps S[:cut] and below sweeps S[cut:m]: a
+    minimum of affine functions less a maximum is concave."""
+    G, Q, S = room.G, room.Q, room.S
+    for i in range(n):
+        px, py = Q[0, i, 0], Q[0, i, 1]
+        low, high = _on(G, mine, 0, px, py), _on(G, mine, 3, px, py)
+        for g in range(1, lows):
+            low = max(low, _on(G, g, 0, px, py))
+        for g in range(1, ups):
+            high = min(high, _on(G, g, 3, px, py) - (room.H[2, 0] if g == top else 0.0))
+        for k in range(m):
+            q = S[k]
+            if k < cut:
+                low = max(low, -(room.L[q, 1, 0] + room.L[q, 1, 1] * px + room.L[q, 1, 2] * py))
+            else:
+                high = min(high, room.L[q, 0, 0] + room.L[q, 0, 1] * px + room.L[q, 0, 2] * py)
+        Q[1, i, 0] = high - low
+    out = 0.0
+    for i in range(1, n - 1):
+        out += above_zero(_area(Q, i), Q[1, 0, 0], Q[1, i, 0], Q[1, i + 1, 0])
+    return out
+
+
+@leaf
+def _parted(room, n, a, b):
+    """Whether the outer ends of one of the sweeps S[a:b] do not cross over polygon Q[0]: gaps a and b have it between them."""
+    for k in range(a, b):
+        lower, upper, apart = room.L[room.S[k], 0], room.L[room.S[k], 1], True
+        for i in range(n):
+            x, y = room.Q[0, i, 0], room.Q[0, i, 1]
+            apart = apart and lower[0] + lower[1] * x + lower[2] * y <= -(
+                upper[0] + upper[1] * x + upper[2] * y
+            )
+        if apart:
+            return True
+    return False
+
+
+@leaf
 def triangle(room, F, roofed, tri, count, u, v, h, t0, t1, border, rules):
     """(lo, hi) of what k removes over one of the four triangles of a cell."""
     a, b = tri + 1, (tri + 1) % 4 + 1
@@ -243,7 +283,7 @@ def triangle(room, F, roofed, tri, count, u, v, h, t0, t1, border, rules):
                 if least == 0.0:
                     break
             hi += least
-    # from below: the proven part of k, and all others on either side of one gap
+    # from below: the proven part of k, and all others on either side of each gap
     lo = 0.0
     n_k = _sides(room, 0, a, b, h, G, first, x, y)
     mine, most = -1, 0.0
@@ -254,7 +294,7 @@ def triangle(room, F, roofed, tri, count, u, v, h, t0, t1, border, rules):
     if mine < 0:
         return 0.0, hi
     bottom, ceiling = max(pos, _on(G, mine, 0, x, y)), min(end, _on(G, mine, 3, x, y))
-    # outer intervals of the others by their lower ends; the widest gap between them
+    # outer intervals of the others by their lower ends; the gaps between them
     m = ZERO
     for q in range(1, count):
         if room.D[q] != 0:
@@ -269,34 +309,18 @@ def triangle(room, F, roofed, tri, count, u, v, h, t0, t1, border, rules):
             rank -= 1
         S[rank] = q
         m += 1
-    place, wide, cut = bottom, 0.0, ZERO
-    for k in range(m + 1):
+    place, last, before = bottom, 0.0, -ONE
+    for cut in range(m + 1):
         f = ceiling
-        if k < m:
-            q = S[k]
+        if cut < m:
+            q = S[cut]
             f = min(f, room.L[q, 0, 0] + room.L[q, 0, 1] * x + room.L[q, 0, 2] * y)
-        if f - place > wide:
-            wide, cut = f - place, np.int64(k)
-        if k < m:
+        if f > place:
+            taken = _gap(room, lows, ups, top, mine, n, m, cut)
+            if before < 0 or _parted(room, n, before, cut):
+                lo, last, before = lo + taken, taken, np.int64(cut)
+            elif taken > last:
+                lo, last, before = lo + taken - last, taken, np.int64(cut)
+        if cut < m:
             place = max(place, -(room.L[q, 1, 0] + room.L[q, 1, 1] * x + room.L[q, 1, 2] * y))
-    if wide <= 0.0:
-        return 0.0, hi
-    for i in range(n):
-        px, py = Q[0, i, 0], Q[0, i, 1]
-        low, high = _on(G, mine, 0, px, py), _on(G, mine, 3, px, py)
-        for g in range(lows):
-            if g != 0:
-                low = max(low, _on(G, g, 0, px, py))
-        for g in range(ups):
-            if g != 0:
-                high = min(high, _on(G, g, 3, px, py) - (room.H[2, 0] if g == top else 0.0))
-        for k in range(m):
-            q = S[k]
-            if k < cut:
-                low = max(low, -(room.L[q, 1, 0] + room.L[q, 1, 1] * px + room.L[q, 1, 2] * py))
-            else:
-                high = min(high, room.L[q, 0, 0] + room.L[q, 0, 1] * px + room.L[q, 0, 2] * py)
-        Q[1, i, 0] = high - low
-    for i in range(1, n - 1):
-        lo += above_zero(_area(Q, i), Q[1, 0, 0], Q[1, i, 0], Q[1, i + 1, 0])
     return lo, hi
