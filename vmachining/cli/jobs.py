@@ -366,7 +366,7 @@ def _both(one: Progress | None, other: Progress | None) -> Progress | None:
 def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
     """What is known of a run that was ended within a block."""
     stage, done, total = watch.place or ("start", 0, 0)
-    where = f"block {done + 1} of {total} ({stage})" if total else "the start"
+    where = f"block {min(done + 1, total)} of {total} ({stage})" if total else "the start"
     kept = (read_manifest(folder) or {}).get("checkpoints", {})
     told = ", ".join(f"{entry['done']} of {entry['total']} ({name})" for name, entry in kept.items())
     state = f"kept are the blocks up to {told}" if told else "no checkpoint was due yet, so it starts again"
