@@ -60,14 +60,17 @@ def test_files_of_the_workpiece_are_coloured_by_block(tmp_path: Path) -> None:
 
 
 def test_the_command_that_measures_has_the_depths_of_a_gouge(tmp_path: Path) -> None:
-    """`measure` asks the discrete vectors; a job without a design is refused with the table that it needs."""
+    """`measure` asks the discrete vectors, here upright ones; heights in an STL file have 32 bits."""
     write_stock(BoxStock((0, 0, -4), (10, 18, -0.7)).mesh(0.1)[0], tmp_path / "part.stl")
     (tmp_path / "tiny.nc").write_text(PROGRAM)
-    (tmp_path / "job.toml").write_text(JOB + '[design]\nstl = "part.stl"\ntolerance_mm = 0.05\n')
+    (tmp_path / "job.toml").write_text(
+        JOB + '[design]\nstl = "part.stl"\n[vectors]\nmode = "dvv"\npitch_mm = 1.0\n'
+    )
     out = tmp_path / "out"
     assert command(["measure", str(tmp_path / "job.toml"), "--out", str(out), "--quiet"]) == 0
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["max_overcut_mm"] == pytest.approx(0.3, abs=1e-4)
+    assert summary["max_overcut_mm"] == pytest.approx(0.3, abs=1e-6)
+    assert summary["max_undercut_mm"] == pytest.approx(0.7, abs=1e-6)
     assert pl.read_parquet(out / "blocks.parquet")["engine"].unique().to_list() == ["vectors"]
     assert (out / "deviation.csv").is_file()
 
