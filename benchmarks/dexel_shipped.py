@@ -40,7 +40,7 @@ ROUND = 1e-9
 
 def dexel_shipped() -> Iterator[dict[str, Any]]:
     """A record per job, and one of all."""
-    from vmachining.cli.jobs import demo_job
+    from vmachining.cli.demo import demo_job
 
     models, counts = demo_job().parent.parent, np.zeros(len(COUNTED))
     for name, blocks in BLOCKS.items():

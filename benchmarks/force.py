@@ -43,7 +43,7 @@ SEED = 7
 
 
 def _model(name: str) -> Job:
-    from vmachining.cli.jobs import demo_job
+    from vmachining.cli.demo import demo_job
 
     return Job.load(demo_job().parent.parent / name / "job.toml")
 

@@ -236,7 +236,7 @@ def methods(folder: Path | None = None, names: Sequence[str] = tuple(METHODS)) -
 
 def shipped_set() -> Path:
     """The reference set that comes with the package."""
-    from vmachining.cli.jobs import demo_job
+    from vmachining.cli.demo import demo_job
 
     return demo_job("slot").parent.parent / "reference_pack"
 

@@ -311,7 +311,7 @@ def test_demos_are_listed_and_named(capsys):
 
 
 def test_demo_runs_the_shipped_model(tmp_path):
-    from vmachining.cli.jobs import demo_job
+    from vmachining.cli.demo import demo_job
     from vmachining.job import Job
 
     assert Job.load(demo_job()).name

@@ -214,7 +214,7 @@ class Warm:
     quiet: Quiet = False
 
 
-@command(jobs, "jobs:demo", shown=("demo --out out/demo", "demo --list", "demo mould --out out/mould"))
+@command(jobs, "demo:demo", shown=("demo --out out/demo", "demo --list", "demo mould --out out/mould"))
 class Demo:
     """Simulate a model that comes with the package."""
 

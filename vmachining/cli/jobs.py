@@ -1,16 +1,14 @@
-"""run, measure, merge, check, contact and demo."""
+"""run, measure, merge, check and contact."""
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from vmachining.cli.job_commands import CheckResult, Contact, Demo, Measure, Merge, Run, RunOptions
+from vmachining.cli.job_commands import CheckResult, Contact, Measure, Merge, Run, RunOptions
 from vmachining.cli.main import Code
 from vmachining.cli.options import belong
 from vmachining.cli.screen import emit, note, progress_bar
@@ -34,9 +32,6 @@ from vmachining.job.toolpath import Toolpath
 from vmachining.progress import Progress
 from vmachining.textfile import parse_toml, read_text
 from vmachining.tolerance import BREP_SECONDS
-
-ENGINES_OF_DEMOS = {"mould_cover": "vectors"}
-"""What a model shows is another engine's than that of `run`: vectors measure a part."""
 
 TYPES = "TYPE is flat, ball, bull, drill, chamfer or taper; mm, or 1/2in"
 """What stands after an option that asks for the shape of a tool."""
@@ -306,7 +301,7 @@ def add_to_result(o: CheckResult | Contact) -> int:
     if "part" in manifest["options"]:
         raise InputError(
             f"is part {manifest['options']['part']} of a run, and has no finished table", file=str(folder),
-            remedy="join all parts by `vmachining merge`, and ask the result",
+            remedy="join all parts with `vmachining merge` and give its result",
         )  # fmt: skip
     file, options = _as_before(folder, manifest, o.asked())
     return run_job(file, options, out=folder, resume=True, quiet=o.quiet, as_json=o.as_json)
@@ -371,59 +366,6 @@ def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
     told = ", ".join(f"{entry['done']} of {entry['total']} ({name})" for name, entry in kept.items())
     state = f"kept are the blocks up to {told}" if told else "no checkpoint was due yet, so it starts again"
     return f"ended within {where}, which took too long to finish; {state}: {shlex.join(again)}"
-
-
-def demo(o: Demo) -> int:
-    """`vmachining demo`."""
-    if o.listed:
-        return _list_demos(as_json=o.as_json)
-    options = RunOptions(engine=ENGINES_OF_DEMOS.get(o.name), stock=o.stock)
-    return run_job(demo_job(o.name), options, out=o.out, quiet=o.quiet, as_json=o.as_json)
-
-
-def _list_demos(*, as_json: bool) -> int:
-    """`vmachining demo --list`: seconds are of a processor, kernels compiled."""
-    for name, job in demo_models().items():
-        page = job.parent / "README.md"
-        about, seconds = _about(page), _takes(page)
-        if as_json:
-            emit({"name": name, "about": about, "job": str(job), "processor_s": seconds})
-        else:
-            print(f"{name:<20}  {'' if seconds is None else f'{seconds:g} s':>6}  {about}")
-    return Code.DONE
-
-
-def _about(readme: Path) -> str:
-    """First sentence of a model's page, after its heading."""
-    text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
-    parts = [part for part in text.split("\n\n") if part.strip() and not part.startswith("#")]
-    words = " ".join(parts[0].split()) if parts else ""
-    return re.split(r"(?<=[.:;])\s", words, maxsplit=1)[0].rstrip(".:;")
-
-
-def _takes(readme: Path) -> float | None:
-    """Seconds of a processor that a model's page states."""
-    text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
-    found = re.search(r"^Processor time of `vmachining demo \w+`: ([\d.]+) s", text, flags=re.MULTILINE)
-    return float(found[1]) if found else None
-
-
-def demo_models() -> dict[str, Path]:
-    """Job of each shipped model by its name: inside an installed package, or next to it in a source tree."""
-    package = Path(str(files("vmachining")))
-    for root in (package / "models", package.parent / "models"):
-        jobs = sorted(root.glob("*/job.toml"))
-        if jobs:
-            return {job.parent.name: job for job in jobs}
-    raise InputError("no models are installed with this package")
-
-
-def demo_job(name: str = "slot") -> Path:
-    """Job file of a shipped model."""
-    known = demo_models()
-    if name not in known:
-        raise InputError(f"no model {name!r}", remedy=f"one of {', '.join(known)}")
-    return known[name]
 
 
 def _files(s: dict[str, Any]) -> list[str]:

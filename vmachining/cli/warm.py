@@ -115,7 +115,7 @@ def _jobs() -> None:
 
 def demonstrated() -> None:
     """What `vmachining demo` needs, whatever that is."""
-    from vmachining.cli.jobs import demo_job
+    from vmachining.cli.demo import demo_job
     from vmachining.job import Job, run
 
     with TemporaryDirectory(prefix="vmachining-warm-") as name:

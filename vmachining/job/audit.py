@@ -27,8 +27,8 @@ and which ones, is settled by their numbers and not by a clock, so that a run ca
 
 WANT_REL, MOST_RAYS = 0.01, 2000
 """Half width of intervals by exact rays, and rays of a set in a first look, which takes 15 to 700 ms for a block: one in `EVERY`
-at most is asked of them. With so many rays, blocks of some tenths of a mm^3 reach this width; thin chips, which would take ten
-times as many, stay at a tenth of their volume. A second look may take forty times as many."""
+at most is asked of them. Blocks of some tenths of a mm^3 reach this width; thin chips would need ten times as many rays, and
+are known to a tenth of their volume. A second look may take forty times as many."""
 
 
 def audited(

@@ -65,22 +65,22 @@ ENGAGEMENT = (
 Identity: TypeAlias = tuple[int, int]
 
 
-class _Part(BaseModel):
+class _Entry(BaseModel):
     model_config = ConfigDict(strict=True)
 
 
-class _Input(_Part):
+class _Input(_Entry):
     file: str
     sha256: str
 
 
-class _Point(_Part):
+class _Point(_Entry):
     file: str = Field(pattern=rf"^({PATTERN.pattern})$")
     done: int = Field(ge=0)
     total: int = Field(ge=0)
 
 
-class _Options(_Part):
+class _Options(_Entry):
     engine: str | None
     chord_mm: float | None
     width: float | None
@@ -95,7 +95,7 @@ class _Options(_Part):
     part: str | None = None
 
 
-class _Made(_Part):
+class _Made(_Entry):
     """What every manifest of ours has. dataset : of a batch."""
 
     process: int | None = None

@@ -123,7 +123,7 @@ def same_inputs(job: Job, manifest: Mapping[str, Any] | None) -> bool:
 
 
 def changed_inputs(job: Job, manifest: Mapping[str, Any]) -> list[str]:
-    """Files of a job, or of its result, that are not those of a manifest: what each is for, and its name."""
+    """Input files that differ from those in a manifest, each as "the <role> file <path>"."""
     inputs: Mapping[str, Mapping[str, str]] = manifest.get("inputs", {})
     here = dict(job.inputs)
     for role, entry in inputs.items():  # a program may call others, in files that only its last run knows
@@ -141,7 +141,7 @@ def changed_inputs(job: Job, manifest: Mapping[str, Any]) -> list[str]:
 
 
 def why_anew(job: Job, folder: Path) -> str | None:
-    """Why a complete result is no start for a run that continues, see `continued`; None: it is one, or is not complete."""
+    """Why a run cannot continue from a complete result; None where it can, and where the result is not complete."""
     manifest = ResultFolder(folder).earlier()
     if manifest is None or not manifest.get("complete"):
         return None

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 _SIZES: Final = {"LT": ("LEN",), "LN": ("LEN",), "CT": ("R", "CCA"), "LCT": ("R",)}
-"""Words of approaches and departures without which their shape is not known."""
+"""Words that each approach and departure needs."""
 
 
 class Contour:
@@ -365,11 +365,11 @@ class Contour:
             pen.at, pen.tip = pen.tip, None
 
     def _sizes(self, head: str, kind: str, words: list[Word]) -> tuple[float, float, float]:
-        """LEN, R, CCA: those of its kind have to be there, a radius and an angle of an arc are not zero."""
+        """LEN, R, CCA. Raises PenError: One that the kind needs is missing; a radius or an angle is zero."""
         q, k = self.control.q, self.pen.scale
         given = {w.key: q.number(w.value) for w in words if w.key in ("LEN", "R", "CCA")}
         for key in _SIZES[kind]:
-            if not given.get(key) and (key not in given or key != "LEN"):
+            if key not in given or (given[key] == 0.0 and key != "LEN"):
                 raise PenError("E109", f"{head} {kind} needs {key}", head, f"write {key}")
         length, radius, angle = (given.get(key, 0.0) for key in ("LEN", "R", "CCA"))
         if length < 0.0 or not 0.0 <= angle <= 360.0:
