@@ -7,6 +7,7 @@ import json
 import shutil
 import sys
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from polars.testing import assert_frame_equal
@@ -114,9 +115,14 @@ def test_what_is_no_set_of_parts_is_refused_by_name(tmp_path, small):
     for key, value, text in (
         ("options", {"width": 0.5}, "part 3/3 was made with another width"),
         ("inputs", {"program": {"file": "p", "sha256": "0"}}, "part 3/3 was made of another program"),
-        ("versions", {"source": "other"}, "part 3/3 was made by another version of the code"),
+        (
+            "versions",
+            {"source of vmachining": "other"},
+            "part 3/3 was made with source of vmachining other, this is",
+        ),
+        ("versions", {"numpy": "1.0"}, "part 3/3 was made with numpy 1.0, this is"),
     ):
-        other = tmp_path / key
+        other = tmp_path / f"other {next(iter(value))}"
         shutil.copytree(three, other)
         manifest = json.loads((other / "manifest.json").read_text())
         manifest[key] |= value
@@ -169,14 +175,15 @@ def test_a_part_whose_file_is_damaged_is_named(tmp_path, small, damage):
         vm.run(job, parts=read_parts(folders), workers=1)
 
 
-def test_a_part_begun_by_another_code_is_not_continued(tmp_path, small, monkeypatch):
+@pytest.mark.parametrize("run", [vm.run, partial(run_part, part=Part(1, 2))])
+def test_what_another_code_began_is_not_continued(run, tmp_path, small, monkeypatch):
     """The code would have been said to be that of the second half alone."""
     job, asked = job_of(tmp_path / "job"), itertools.count()
     with pytest.raises(Stopped):
-        run_part(job, Part(1, 2), out=tmp_path / "1", stop=lambda: next(asked) >= 12)
-    monkeypatch.setattr(sys.modules["vmachining.job.record"], "source_digest", lambda: "other")
-    with pytest.raises(JobError, match="another version of the code of vmachining"):
-        run_part(job, Part(1, 2), out=tmp_path / "1", resume=True)
+        run(job, out=tmp_path / "1", workers=1, stop=lambda: next(asked) >= 12)
+    monkeypatch.setattr(sys.modules["vmachining.job.files"], "_source_digest", lambda: "other")
+    with pytest.raises(JobError, match=r"made with source of vmachining [0-9a-f]+, this is other"):
+        run(job, out=tmp_path / "1", workers=1, resume=True)
 
 
 @pytest.mark.parametrize("text", ["0/3", "4/3", "3", "a/b", "1/0", "-1/2", ""])

@@ -122,7 +122,7 @@ def test_a_result_of_another_version_is_made_anew_and_says_so(
     manifest["versions"]["vmachining"] = "0.0.1"
     (out / "manifest.json").write_text(json.dumps(manifest))
     assert command(["contact", str(out), "--blocks", "sample"]) == 0
-    assert "this result was made by vmachining 0.0.1, this is " in capsys.readouterr().err
+    assert "this result was made with vmachining 0.0.1, this is " in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

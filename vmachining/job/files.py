@@ -11,7 +11,7 @@ import platform
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -192,12 +192,26 @@ def versions() -> dict[str, str]:
 
 
 @cache
-def source_digest() -> str:
+def _source_digest() -> str:
     """Of the code of this package: a version number does not tell two states of a checkout apart."""
     root, digest = Path(__file__).resolve().parents[1], hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
         digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
     return digest.hexdigest()[:12]
+
+
+def signature() -> dict[str, str]:
+    """What must be equal wherever numbers are to be equal."""
+    found = {name: version for name, version in versions().items() if name != "platform"}
+    return found | {"processor": platform.machine(), "source of vmachining": _source_digest()}
+
+
+def other_origin(made_with: Mapping[str, str]) -> str | None:
+    """The first entry of a `signature` that is not as here, as "numpy 2.0, this is 2.1"; None: all are."""
+    for name, here in signature().items():
+        if made_with.get(name) != here:
+            return f"{name} {made_with.get(name, '(not noted)')}, this is {here}"
+    return None
 
 
 def read_manifest(folder: Path, name: str = MANIFEST) -> dict[str, Any] | None:

@@ -27,7 +27,7 @@ from vmachining.engines.protocol import Divisible, Engine, Removal, Share
 from vmachining.engines.serving import joined
 from vmachining.errors import EngineError, InputError
 from vmachining.job.executor import InProcess, Later
-from vmachining.job.files import source_digest
+from vmachining.job.files import other_origin
 from vmachining.job.folder import ResultFolder, usable
 from vmachining.job.paths import CutterPath
 from vmachining.tool import Profile
@@ -279,9 +279,9 @@ def read_parts(folders: Sequence[Path]) -> Parts:
                 "contains no part of a run", file=str(folder), remedy="give what `run --part K/N` wrote"
             )
         part = parse_part(text)
-        if manifest["versions"].get("source", source_digest()) != source_digest():
+        if other := other_origin(manifest["versions"]):
             raise InputError(
-                f"part {part} was made by another version of the code of vmachining", file=str(folder),
+                f"part {part} was made with {other}", file=str(folder),
                 remedy="make all parts, and merge them, with one version",
             )  # fmt: skip
         if not manifest.get("part_complete"):

@@ -10,7 +10,7 @@ from typing import Any
 
 from vmachining.errors import InputError
 from vmachining.job.engagement_columns import Saves
-from vmachining.job.files import atomic_path, fingerprints, source_digest, versions
+from vmachining.job.files import atomic_path, fingerprints, signature, versions
 from vmachining.job.folder import RUN, WORKING, ResultFolder, now
 from vmachining.job.jobfile import Job
 from vmachining.job.spent import Spent
@@ -53,10 +53,8 @@ class Record:
             "kind": RUN, "job": job.name, "job_file": _absolute(job.source), "complete": False, "command": list(command),
             "process": os.getpid(), "started": now(), "ended": None, "seconds": 0.0, "options": options, "inputs": inputs,
             "machine": described(job.machine) if job.machine else None,
-            "versions": versions(), "checkpoints": {}, "files": dict.fromkeys(WORKING),
+            "versions": versions() | signature(), "checkpoints": {}, "files": dict.fromkeys(WORKING),
         }  # fmt: skip
-        if "part" in options:
-            fresh["versions"]["source"] = source_digest()
         if old is not None and not force:
             refuse_other_job(old, fresh, place.path)
         points = None if old is None or not resume else continued(place, old, fresh)

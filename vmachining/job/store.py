@@ -22,7 +22,7 @@ from typing import Any
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
 from vmachining.errors import JobError
-from vmachining.job.files import MANIFEST, STAGES, atomic_path, sha256, versions
+from vmachining.job.files import MANIFEST, STAGES, atomic_path, other_origin, sha256
 from vmachining.job.folder import PATTERN, WORKING, ResultFolder
 from vmachining.job.jobfile import Job
 from vmachining.textfile import parse_json
@@ -105,12 +105,8 @@ def continued(place: ResultFolder, old: Mapping[str, Any], new: dict[str, Any]) 
 
 def _other_origin(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, str] | None:
     """Why a run has another origin, and the file, if one changed; None: inputs and version are the same."""
-    made_by, made_with = (manifest.get("versions", {}).get("vmachining") for manifest in (old, new))
-    if made_by != made_with:
-        return f"the interrupted run was made by vmachining {made_by}, this is {made_with}", ""
-    codes = [manifest.get("versions", {}).get("source") for manifest in (old, new)]
-    if codes[0] != codes[1]:
-        return "the interrupted part was made by another version of the code of vmachining", ""
+    if other := other_origin(old["versions"]):
+        return f"the interrupted run was made with {other}", ""
     for role, entry in new["inputs"].items():
         if old.get("inputs", {}).get(role, {}).get("sha256") != entry["sha256"]:
             return f"the {role} file changed since the interrupted run", entry["file"]
@@ -147,8 +143,8 @@ def why_anew(job: Job, folder: Path) -> str | None:
         return None
     if changed := changed_inputs(job, manifest):
         return f"{' and '.join(changed)} changed since this result was made"
-    made_by, this = manifest.get("versions", {}).get("vmachining"), versions()["vmachining"]
-    return None if made_by == this else f"this result was made by vmachining {made_by}, this is {this}"
+    other = other_origin(manifest["versions"])
+    return other and f"this result was made with {other}"
 
 
 def finished(job: Job, folder: Path, wanted: Mapping[str, Any] | None = None) -> dict[str, Any] | None:

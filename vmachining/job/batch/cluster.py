@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import logging
 import os
-import platform
 import secrets
 import socket
 import threading
@@ -34,7 +33,7 @@ from vmachining.errors import InputError
 from vmachining.job.batch.local import PROGRESS, STOP, Child, dismiss, start_child
 from vmachining.job.batch.one import Order, Row
 from vmachining.job.batch.pool import Ended, JobProgress
-from vmachining.job.files import source_digest, versions, write_atomic, writing
+from vmachining.job.files import signature, write_atomic, writing
 
 CONNECT_SECONDS = 10.0
 """For a scheduler to answer, and for its first worker to come."""
@@ -58,12 +57,6 @@ GUIDE = "see docs/batch.md"
 
 
 # -- on the workers --------------------------------------------------------------------------------------------
-
-
-def signature() -> dict[str, str]:
-    """What must be equal wherever numbers are to be equal."""
-    found = {name: version for name, version in versions().items() if name != "platform"}
-    return found | {"processor": platform.machine(), "source of vmachining": source_digest()}
 
 
 def inspect(probe: str, content: str) -> tuple[dict[str, str], str]:
