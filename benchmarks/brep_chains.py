@@ -36,7 +36,7 @@ from vmachining.engines.protocol import Removal
 from vmachining.errors import EngineError, SweepError, VMachiningError
 from vmachining.geometry import Arc, Line
 from vmachining.interval import Interval
-from vmachining.job.judges import RayWitness
+from vmachining.job.brep import RayWitness
 from vmachining.stock import BoxStock
 from vmachining.sweep import Motion, Pose, Sweep, Turn
 from vmachining.tolerance import BREP_SECONDS

@@ -26,9 +26,9 @@ from vmachining.job.files import (
     write_atomic,
     write_json,
 )
+from vmachining.oracle.compare import SET_KIND
 from vmachining.oracle.pack import KIND, write_pack
 from vmachining.oracle.readme import CC0
-from vmachining.oracle.sets import SET_KIND
 from vmachining.progress import Progress
 from vmachining.textfile import parse_toml
 

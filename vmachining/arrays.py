@@ -33,8 +33,5 @@ def rows(values: ArrayLike, *shape: int, name: str) -> Floats:
 
 def brief(values: ArrayLike) -> str:
     """`(50, 0, 10.5)`: the numbers of a point, for people."""
-    return (
-        "("
-        + ", ".join(f"{round(float(v), 9) + 0.0:.6g}" for v in np.ravel(np.asarray(values, dtype=np.float64)))
-        + ")"
-    )
+    flat = np.ravel(np.asarray(values, dtype=np.float64)).tolist()
+    return f"({', '.join(f'{round(v, 9) + 0.0:.6g}' for v in flat)})"

@@ -17,20 +17,7 @@ VMachiningError                 base: message, and where known file, line, colum
 from __future__ import annotations
 
 from functools import partial
-
-__all__ = [
-    "AccuracyWarning",
-    "EngineError",
-    "FeedError",
-    "InputError",
-    "JobError",
-    "KinematicsError",
-    "NCError",
-    "StockError",
-    "SweepError",
-    "ToolError",
-    "VMachiningError",
-]
+from pathlib import Path
 
 
 class VMachiningError(Exception):
@@ -40,7 +27,7 @@ class VMachiningError(Exception):
         self,
         message: str,
         *,
-        file: str | None = None,
+        file: str | Path | None = None,
         line: int | None = None,
         col: int | None = None,
         word: str | None = None,
@@ -48,7 +35,7 @@ class VMachiningError(Exception):
     ) -> None:
         super().__init__(message)
         self.message = message
-        self.file = file
+        self.file = None if file is None else str(file)
         self.line = line
         self.col = col
         self.word = word

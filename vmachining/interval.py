@@ -37,9 +37,8 @@ class Interval:
         return 3
 
     def __getitem__(self, index: int) -> float:
-        return (self.lo, self.estimate, self.hi)[
-            index
-        ]  # as a sequence it is the three numbers, also for numpy
+        """As a sequence it is the three numbers, also for numpy."""
+        return (self.lo, self.estimate, self.hi)[index]
 
     def __iter__(self) -> Iterator[float]:
         return iter((self.lo, self.estimate, self.hi))

@@ -38,7 +38,7 @@ from vmachining.engines.protocol import Options, Removal
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.geometry.path import Path as ToolPath
-from vmachining.job.judges import RayWitness
+from vmachining.job.brep import RayWitness
 from vmachining.stock import BoxStock
 from vmachining.sweep.reach import reaching
 

@@ -15,7 +15,7 @@ from vmachining.arrays import Floats, Ints
 from vmachining.engines.dexel.rays import CONFIDENCE, RayEngine, lengths
 from vmachining.engines.protocol import Removal
 from vmachining.geometry import Line
-from vmachining.job.judges import RayWitness
+from vmachining.job.brep import RayWitness
 from vmachining.stock import BoxStock
 from vmachining.tool import BallNose
 

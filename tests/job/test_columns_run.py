@@ -15,9 +15,9 @@ from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Options
 from vmachining.engines.relay import ColumnsFirst, best_engine, handed_on
 from vmachining.geometry import Arc, Line
+from vmachining.job.brep import columns_say
 from vmachining.job.executor import executor
 from vmachining.job.jobfile import Job
-from vmachining.job.judges import columns_say
 from vmachining.stock import BoxStock
 from vmachining.sweep import Sweep
 

@@ -12,7 +12,7 @@ import pytest
 from tinyjob import FEED, JOB, write_job
 
 from vmachining.cli.main import run as command
-from vmachining.job.spent import Spent, in_words
+from vmachining.job.record import Spent, in_words
 
 TEETH = JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")
 LOADS = ("ae_mm", "ap_mm", "engaged_fraction", "chip_area_mm2", "chip_thickness_mm")

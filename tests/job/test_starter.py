@@ -11,8 +11,8 @@ import pytest
 from vmachining.cli.main import run as command
 from vmachining.errors import JobError, NCError
 from vmachining.job import Job, draft_job, run
-from vmachining.job.notes import guesses
 from vmachining.job.reading import read_job_program
+from vmachining.job.summary import guesses
 
 ROOT = Path(__file__).parents[2]
 PART = """\

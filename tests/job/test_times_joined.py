@@ -14,9 +14,8 @@ from tinyjob import write_job
 import vmachining as vm
 from vmachining.cli.main import run
 from vmachining.errors import InputError
-from vmachining.job.time_words import assumed
 from vmachining.job.times import compare, lay, of_result, read_log
-from vmachining.job.timing import machine_limits
+from vmachining.job.timing import assumed, machine_limits
 from vmachining.machine import MachineLimits
 from vmachining.nc import parse_program
 from vmachining.report.paper.kinds import draw

@@ -11,9 +11,8 @@ from vmachining.engines.brep import BlockChecker, Status, Verdict, solids
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.geometry import Line
-from vmachining.job.brep import blank
+from vmachining.job.brep import RayWitness, blank
 from vmachining.job.contact import ToolParts
-from vmachining.job.judges import RayWitness
 from vmachining.job.reading import read_job_program
 from vmachining.job.stock import raw_stock
 from vmachining.job.toolpath import Toolpath

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.models.shipped import MODELS
-from vmachining.job.sweepfile import read_sweep
+from vmachining.job.single import read_sweep
 from vmachining.sweep.regions import REGIONS, grazing_points, regions
 
 RADIUS, CORNER, LENGTH, HEIGHT = 15.0, 5.0, 50.0, 5.0

@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.methods import METHODS, case_cuts, case_results, methods_table
 from tests.models.shipped import MODELS
-from vmachining.oracle.reference import read_reference
+from vmachining.oracle.results import read_reference
 
 CASE = MODELS / "reference_pack" / "plunges"
 

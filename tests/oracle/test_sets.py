@@ -17,7 +17,7 @@ from vmachining.cli.main import run
 from vmachining.errors import InputError
 from vmachining.job.files import sha256
 from vmachining.oracle import compare_set
-from vmachining.oracle.reference import read_reference
+from vmachining.oracle.results import read_reference
 
 SET = MODELS / "reference_pack"
 CASES = [case.name for case in CaseSet.load(SET).cases]

@@ -11,7 +11,7 @@ from pagedata import unpacked
 from tinyjob import FEED, JOB, write_job
 
 from vmachining.job import Job, run
-from vmachining.report.contact import doubtful
+from vmachining.report.page import doubtful
 
 FORCE = '\n[force]\ncoefficients = "aluminium_like_constant"\n'
 CUTTER = JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")

@@ -8,7 +8,7 @@ import trimesh
 
 import vmachining as vm
 from vmachining.errors import InputError
-from vmachining.job.heights import height_map
+from vmachining.job.engage import height_map
 from vmachining.tool import BallNose, BullNose, FlatEnd
 from vmachining.toolpath.clpath import CLPath, Mark, apt_file, iso_program, path_job, pose_table
 from vmachining.toolpath.facets import (

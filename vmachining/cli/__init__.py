@@ -3,7 +3,7 @@
 | file | holds |
 |---|---|
 | `app.py` | the command tree; every command imports its rooms when it runs, so `--help` is quick |
-| `job_commands.py`, `judge_commands.py`, `nc_commands.py`, `show_commands.py`, ... | the commands: each a frozen value |
+| `job_commands.py`, `judge_commands.py`, `nc_commands.py` | the commands: each a frozen value |
 | `options.py` | `command`: a dataclass as a command; options that several commands have |
 | `main.py` | `main`: exceptions -> one message and an exit code |
 | `screen.py` | progress bar and messages on stderr, JSON on stdout |

@@ -6,14 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
-from vmachining.cli.force_commands import force
-from vmachining.cli.job_commands import jobs
-from vmachining.cli.judge_commands import judges
-from vmachining.cli.nc_commands import nc, programs
+from vmachining.cli.job_commands import jobs, shows
+from vmachining.cli.judge_commands import force, judges, times
+from vmachining.cli.nc_commands import nc, programs, toolpath
 from vmachining.cli.options import examples
-from vmachining.cli.show_commands import shows
-from vmachining.cli.times_commands import times
-from vmachining.cli.toolpath_commands import toolpath
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from vmachining.cli.job_commands import Batch
 from vmachining.cli.main import Code
-from vmachining.cli.screen import STAGES, emit, note
+from vmachining.cli.screen import STAGES, bars, emit, note
 from vmachining.errors import InputError
 from vmachining.job import check_formats
 from vmachining.job.batch import BATCH_COLUMNS, Watcher, run_many
@@ -19,7 +19,6 @@ GOOD = ("done", "skipped")
 
 
 def batch(o: Batch) -> int:
-    """`vmachining batch`."""
     if o.scheduler is not None and o.workers is not None:
         raise InputError(
             "--workers counts processes of this machine, --scheduler names a cluster",
@@ -41,14 +40,11 @@ def batch(o: Batch) -> int:
     return max((int(row["exit_code"]) for row in rows), default=int(Code.DONE))
 
 
-class _Lines:
-    """A line per job that is through."""
+class _Lines(Watcher):
+    """A line per job that is through. Lines cannot be taken back: where nobody watches, blocks are not told."""
 
     def __init__(self, *, silent: bool) -> None:
         self._silent = silent
-
-    def at(self, index: int, stage: str, done: int, total: int) -> None:
-        """Lines cannot be taken back: where nobody watches, blocks are not told."""
 
     def ended(self, index: int, row: dict[str, Any], done: int, total: int) -> None:
         self.note(f"[{done}/{total}] {_line_of(row)}")
@@ -91,12 +87,11 @@ def _watching(jobs: Sequence[Path], *, silent: bool) -> Iterator[Watcher]:
     if silent or not sys.stderr.isatty():
         yield _Lines(silent=silent)
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bars:
-        yield _Bars(jobs, bars)
+    with bars(*columns) as shown:
+        yield _Bars(jobs, shown)
 
 
 def _line_of(row: dict[str, Any]) -> str:

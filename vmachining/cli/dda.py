@@ -29,7 +29,6 @@ STEADY: dict[str, Any] = dict.fromkeys(("axis_start", "axis_end", "rotary_start"
 
 
 def dda(o: Dda) -> int:
-    """`vmachining dda`."""
     name, out, plot, blu, as_json = o.program, o.out, o.plot, o.blu, o.as_json
     if out is not None and out.suffix.lower() not in (".csv", ".npz"):
         raise InputError(f"--out {out}: expected a name that ends in .csv or .npz")
@@ -43,15 +42,8 @@ def dda(o: Dda) -> int:
     interpolator = Interpolator(
         blu_mm=blu, register=o.register, mode=o.mode, split=o.split, max_pulse_hz=o.max_rate
     )
-    reading = Checking(
-        dialect=o.dialect,
-        tools=o.tools,
-        tools_units=o.tools_units,
-        home=o.home,
-        travel=o.travel,
-        blu=blu,
-        machine=o.machine,
-    )
+    names = ("dialect", "tools", "tools_units", "home", "travel", "machine")
+    reading = Checking(**{name: getattr(o, name) for name in names}, blu=blu)
     program = read(name, reading)
     program.require_clean(allow={"W401"})
     note_findings(program)
@@ -116,22 +108,12 @@ def _turns(move: Move) -> bool:
 
 def _record(block: PulseBlock) -> dict[str, Any]:
     return {
-        "line": block.line,
-        "kind": block.kind,
-        "start_blu": block.start.tolist(),
-        "pulses": block.train.counts.tolist(),
-        "missing": block.missing.tolist(),
-        "ticks": block.train.ticks,
-        "train": block.train.text(),
-        "tick": block.train.tick.tolist(),
-        "feed_mm_min": block.feed_mm_min,
-        "frn": block.frn,
-        "clock_hz": block.clock_hz,
-        "peak_hz": block.peak_hz,
-        "time_s": block.time_s,
-        "deviation_blu": block.deviation_blu,
+        "line": block.line, "kind": block.kind, "start_blu": block.start.tolist(), "pulses": block.train.counts.tolist(),
+        "missing": block.missing.tolist(), "ticks": block.train.ticks, "train": block.train.text(),
+        "tick": block.train.tick.tolist(), "feed_mm_min": block.feed_mm_min, "frn": block.frn, "clock_hz": block.clock_hz,
+        "peak_hz": block.peak_hz, "time_s": block.time_s, "deviation_blu": block.deviation_blu,
         "limit_blu": block.limit_blu if math.isfinite(block.limit_blu) else None,
-    }
+    }  # fmt: skip
 
 
 def _block_line(block: PulseBlock) -> str:
@@ -149,16 +131,11 @@ def _block_line(block: PulseBlock) -> str:
 def _summary(blocks: Sequence[PulseBlock], interpolator: Interpolator) -> dict[str, Any]:
     pulses = [np.abs(block.train.steps).sum(axis=0, dtype=np.int64) for block in blocks]
     return {
-        "blocks": len(blocks),
-        "blu_mm": interpolator.blu_mm,
-        "register": interpolator.register,
-        "mode": interpolator.mode,
+        "blocks": len(blocks), "blu_mm": interpolator.blu_mm, "register": interpolator.register, "mode": interpolator.mode,
         "pulses": np.sum(pulses, axis=0).tolist() if pulses else [0, 0, 0],
         "missing": np.sum([block.missing for block in blocks], axis=0).tolist() if blocks else [0, 0, 0],
-        "pulsing_ticks": sum(len(block.train.tick) for block in blocks),
-        "ticks": sum(block.train.ticks for block in blocks),
-        "time_s": sum(block.time_s for block in blocks),
-        "peak_hz": max((block.peak_hz for block in blocks), default=0.0),
+        "pulsing_ticks": sum(len(block.train.tick) for block in blocks), "ticks": sum(block.train.ticks for block in blocks),
+        "time_s": sum(block.time_s for block in blocks), "peak_hz": max((block.peak_hz for block in blocks), default=0.0),
         "deviation_blu": max((block.deviation_blu for block in blocks), default=0.0),
         "beyond_limit": sum(block.deviation_blu > block.limit_blu + 1e-9 for block in blocks),
-    }
+    }  # fmt: skip

@@ -17,7 +17,6 @@ ENGINES_OF_DEMOS = {"mould_cover": "vectors"}
 
 
 def demo(o: Demo) -> int:
-    """`vmachining demo`."""
     if o.listed:
         return _list_demos(as_json=o.as_json)
     options = RunOptions(engine=ENGINES_OF_DEMOS.get(o.name), stock=o.stock)
@@ -27,8 +26,7 @@ def demo(o: Demo) -> int:
 def _list_demos(*, as_json: bool) -> int:
     """`vmachining demo --list`: seconds are of a processor, kernels compiled."""
     for name, job in demo_models().items():
-        page = job.parent / "README.md"
-        about, seconds = _about(page), _takes(page)
+        about, seconds = _said(job.parent / "README.md")
         if as_json:
             emit({"name": name, "about": about, "job": str(job), "processor_s": seconds})
         else:
@@ -36,19 +34,14 @@ def _list_demos(*, as_json: bool) -> int:
     return Code.DONE
 
 
-def _about(readme: Path) -> str:
-    """First sentence of a model's page, after its heading."""
+def _said(readme: Path) -> tuple[str, float | None]:
+    """First sentence of a model's page, after its heading; seconds of a processor that it states."""
     text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     parts = [part for part in text.split("\n\n") if part.strip() and not part.startswith("#")]
     words = " ".join(parts[0].split()) if parts else ""
-    return re.split(r"(?<=[.:;])\s", words, maxsplit=1)[0].rstrip(".:;")
-
-
-def _takes(readme: Path) -> float | None:
-    """Seconds of a processor that a model's page states."""
-    text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     found = re.search(r"^Processor time of `vmachining demo \w+`: ([\d.]+) s", text, flags=re.MULTILINE)
-    return float(found[1]) if found else None
+    about = re.split(r"(?<=[.:;])\s", words, maxsplit=1)[0].rstrip(".:;")
+    return about, float(found[1]) if found else None
 
 
 def demo_models() -> dict[str, Path]:
@@ -62,7 +55,6 @@ def demo_models() -> dict[str, Path]:
 
 
 def demo_job(name: str = "slot") -> Path:
-    """Job file of a shipped model."""
     known = demo_models()
     if name not in known:
         raise InputError(f"no model {name!r}", remedy=f"one of {', '.join(known)}")

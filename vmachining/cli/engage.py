@@ -22,7 +22,6 @@ MOST_CHIPS = 2000
 
 
 def engage(o: Engage) -> int:
-    """`vmachining engage`."""
     job, block, at, out, as_json = Job.load(o.job), o.block, o.at, o.out, o.as_json
     names = ("method", "angles", "phase", "edge", "bottom", "seconds", "pitch")
     options: dict[str, Any] = {name: getattr(o, name) for name in names}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vmachining.cli.force_commands import Identify, Predict
+from vmachining.cli.judge_commands import Identify, Predict
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import InputError
@@ -28,13 +28,12 @@ from vmachining.force import (
 )
 from vmachining.job import Job
 from vmachining.job.brep import parse_blocks
-from vmachining.job.files import atomic_path, write_atomic
+from vmachining.job.files import write_atomic, write_table
 from vmachining.job.reading import read_job_program
 from vmachining.nc import Motion
 
 
 def identify_(o: Identify) -> int:
-    """`vmachining force identify`."""
     tests = read_tests(o.data, on=o.on)
     fit: LayerFit | Identification
     title = o.name or o.data.stem
@@ -102,7 +101,6 @@ def _validated(found: Coefficients, data: Path, o: Identify) -> tuple[dict[str, 
 
 
 def predict_(o: Predict) -> int:
-    """`vmachining force predict`."""
     from vmachining.job.batch import safe_name
     from vmachining.job.predict import measured_table, predict
     from vmachining.report.force import write_forces
@@ -125,8 +123,7 @@ def predict_(o: Predict) -> int:
     if trace is not None:
         over = align(found.turns(), trace)
         paths.append(folder / "forces_measured.csv")
-        with atomic_path(paths[-1]) as temporary:
-            measured_table(over).write_csv(temporary)
+        write_table(measured_table(over), paths[-1])
     worst = found.stations.sort("peak_n", descending=True).row(0, named=True)
     power = found.stations.sort("power_w", descending=True).row(0, named=True)
     if o.as_json:

@@ -24,9 +24,9 @@ from vmachining.job.folder import FolderLock, ResultFolder
 from vmachining.job.given import refuse_contact
 from vmachining.job.parts import Parts, parse_part, read_parts
 from vmachining.job.reading import read_job_program
+from vmachining.job.record import in_words
+from vmachining.job.result import how_sure
 from vmachining.job.run import run_part
-from vmachining.job.shown import how_sure
-from vmachining.job.spent import in_words
 from vmachining.job.store import PARTS, changed_inputs, finished, why_anew
 from vmachining.job.toolpath import Toolpath
 from vmachining.progress import Progress
@@ -58,7 +58,6 @@ def _manifest_options(o: RunOptions, *, every_strategy: bool) -> dict[str, Any]:
 
 
 def _parts(o: RunOptions) -> list[str]:
-    """Stages of the run that are requested."""
     return list(PARTS) if o.stages is None else [part.strip() for part in o.stages.split(",")]
 
 
@@ -68,10 +67,7 @@ def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool, given: Se
     A draft that nobody has edited is written again where it is open, or where options come in addition: those that it was made
     with hold on. given : tools as of `--tool`.
 
-    Raises
-    ------
-    InputError
-        Values that the draft leaves open, or options of a draft beside a job file.
+    Raises InputError: Values that the draft leaves open, or options of a draft beside a job file.
     """
     asked = tools is not None or bool(units) or bool(given)
     if file.suffix.lower() == ".toml" or not file.is_file() or _says_job(file):
@@ -155,7 +151,6 @@ def _says_job(file: Path) -> bool:
 
 
 def run_(o: Run) -> int:
-    """`vmachining run`."""
     given = o.options
     if given.scheduler is not None and (given.workers, given.part) != (None, None):
         raise InputError(
@@ -196,11 +191,8 @@ def run_job(
     silent, part = quiet or as_json, None if options.part is None else parse_part(options.part)
     name = safe_name(job.name) + ("" if part is None else f".part-{part.number}-of-{part.of}")
     folder = out if out is not None else Path("out") / name
-    if (
-        resume
-        and (summary := finished(job, folder, _manifest_options(options, every_strategy=every_strategy)))
-        is not None
-    ):
+    wanted = _manifest_options(options, every_strategy=every_strategy) if resume else {}
+    if resume and (summary := finished(job, folder, wanted)) is not None:
         note(f"{folder} is already complete", quiet=silent)
         if as_json:
             emit(summary)
@@ -235,14 +227,8 @@ def run_job(
                         note=lambda text: note(text, quiet=silent), **here,
                     )  # fmt: skip
                 result = run(
-                    job,
-                    out=folder,
-                    workers=options.workers,
-                    every_strategy=every_strategy,
-                    parts=parts,
-                    **given,
-                    **here,
-                )
+                    job, out=folder, workers=options.workers, every_strategy=every_strategy, parts=parts, **given, **here,
+                )  # fmt: skip
             except Stopped as exc:
                 note(
                     f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}"
@@ -296,11 +282,11 @@ def add_to_result(o: CheckResult | Contact) -> int:
     manifest = ResultFolder(folder).earlier()
     if manifest is None:
         raise InputError(
-            "is not a result of a run", file=str(folder), remedy="give the directory that `run` wrote"
+            "is not a result of a run", file=folder, remedy="give the directory that `run` wrote"
         )
     if "part" in manifest["options"]:
         raise InputError(
-            f"is part {manifest['options']['part']} of a run, and has no finished table", file=str(folder),
+            f"is part {manifest['options']['part']} of a run, and has no finished table", file=folder,
             remedy="join all parts with `vmachining merge` and give its result",
         )  # fmt: skip
     file, options = _as_before(folder, manifest, o.asked())
@@ -312,22 +298,19 @@ def _as_before(
 ) -> tuple[Path, RunOptions]:
     """Job file and options of what lies in a directory, with what is asked in addition.
 
-    Raises
-    ------
-    InputError
-        The job is not there any more, or it or its inputs changed.
+    Raises InputError: The job is not there any more, or it or its inputs changed.
     """
     before = manifest["options"]
     file = Path(manifest.get("inputs", {}).get("job", {}).get("file", "")).absolute()
     if not file.is_file():
         raise InputError(
-            f"the job file of this result is no longer at {file}", file=str(folder),
+            f"the job file of this result is no longer at {file}", file=folder,
             remedy="vmachining run JOB.toml --resume --out of this directory, with the same options",
         )  # fmt: skip
     job = Job.load(file)
     if changed := changed_inputs(job, manifest):
         raise InputError(
-            f"{' and '.join(changed)} changed since this result was made", file=str(folder),
+            f"{' and '.join(changed)} changed since this result was made", file=folder,
             remedy="run the job again; this result stays valid for the inputs in its manifest",
         )  # fmt: skip
     stages = [name for name in PARTS if name in before.get("stages", PARTS)]
@@ -381,11 +364,6 @@ def _files(s: dict[str, Any]) -> list[str]:
     return told
 
 
-def _no_step(summary: dict[str, Any]) -> list[str]:
-    """Why there is no STEP of the workpiece, if one was requested."""
-    return [f"  stock     {summary['stock_step_refused']}"] if "stock_step_refused" in summary else []
-
-
 def told_disputes(result: RunResult) -> list[str]:
     """What is wrong with one of our engines: blocks whose intervals exclude each other, the first few of them."""
     if not result.summary["brep"]["disputed"]:
@@ -402,14 +380,6 @@ def told_disputes(result: RunResult) -> list[str]:
     return [head, *lines, *more]
 
 
-def _second(counts: dict[str, Any]) -> list[str]:
-    """What the B-rep engine said, if it was asked."""
-    if not counts["asked"]:
-        return []
-    said = ", ".join(f"{counts[word]} {word}" for word in JUDGED)
-    return [f"  B-rep     {counts['asked']} blocks asked: {said}"]
-
-
 def _first_warnings(result: RunResult) -> list[str]:
     """The first warnings with their lines, and where the others are."""
     import polars as pl
@@ -421,14 +391,15 @@ def _first_warnings(result: RunResult) -> list[str]:
     return [*(f"            line {line}: {text}" for line, text in found[:SHOWN]), *more]
 
 
-def _machine(machine: dict[str, Any] | None) -> list[str]:
-    """Where the rotary axes of the machine lie: presets have their own offsets."""
-    return [] if machine is None else [f"  machine   {machine['name']}: {', '.join(machine['rotary'])}"]
-
-
 def _closing_lines(result: RunResult, folder: Path) -> str:
-    """The summary for people."""
     s = result.summary
+    machine = [f"  machine   {m['name']}: {', '.join(m['rotary'])}"] if (m := s.get("machine")) else []
+    counts, guessed = s["brep"], len(s["guesses"])
+    said = ", ".join(f"{counts[word]} {word}" for word in JUDGED)
+    brep = [f"  B-rep     {counts['asked']} blocks asked: {said}"] if counts["asked"] else []
+    guesses = (
+        [f"  guesses   {guessed} lines of the job are guesses: report.html lists them"] if guessed else []
+    )
     lines = [
         *told_disputes(result),
         f"{result.job.name}: {s['blocks']} blocks in {s['seconds']:.1f} s",
@@ -439,15 +410,11 @@ def _closing_lines(result: RunResult, folder: Path) -> str:
         f"  took      {in_words(s['stage_seconds'])}; at most {s['peak_mb']:.0f} MB",
         f"  warnings  {s['warnings']}",
         *_first_warnings(result),
-        *_machine(s.get("machine")),
-        *_second(s["brep"]),
+        *machine,
+        *brep,
         *_files(s),
-        *_no_step(s),
-        *(
-            [f"  guesses   {len(s['guesses'])} lines of the job are guesses: report.html lists them"]
-            if s["guesses"]
-            else []
-        ),
+        *([f"  stock     {s['stock_step_refused']}"] if "stock_step_refused" in s else []),
+        *guesses,
         *(f"  note      {text}" for text in s["notes"]),
         *(f"  contact   {text}" for text in s.get("contact_notes", ())),
         *([f"  table     {s['table_note']}"] if "table_note" in s else []),

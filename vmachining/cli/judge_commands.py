@@ -1,9 +1,10 @@
-"""The commands that ask about single sweeps and blocks, and compare: sweep, engage, block, compare, pack, bench."""
+"""The commands that ask about single sweeps and blocks, and compare: sweep, engage, block, compare, pack, bench;
+and those under `times` and `force`."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -15,6 +16,7 @@ from vmachining.cli.options import (
     above_zero,
     arg,
     command,
+    examples,
     flag,
     opt,
     within,
@@ -87,7 +89,7 @@ class Engage:
 
 @command(
     judges,
-    "block:block",
+    "single:block",
     shown=("block models/slot/job.toml 12", "block models/mould/job.toml 700,20-24 3 --width 0.01% --json"),
 )
 class Block:
@@ -178,4 +180,127 @@ class Bench:
     journal: Annotated[
         Path | None, opt("FILE", "Record finished cases here; the next run continues from them.")
     ] = None
+    as_json: Json = False
+
+
+times = typer.Typer(
+    help="Machine times: fit a machine to its logs, compare predicted with logged times.",
+    epilog=examples("times compare run.log --program part.nc --machine mill.toml"),
+    no_args_is_help=True, rich_markup_mode=None,
+)  # fmt: skip
+
+Logs = Annotated[
+    list[Path], arg("LOG...", "time|item|value, MTConnect XML, or CSV with time and line; also .gz.")
+]
+Programs = Annotated[list[Path], opt("P", "Program that ran: one for all logs, or one per log, in order.")]
+
+
+@command(times, "times:fit_", shown=("times fit a.log b.log --program a.nc --program b.nc --out mill.toml",))
+class Fit:
+    """Fit the parameters of a machine to its logs: accelerations, corner tolerance, rapid, tool changes.
+
+    The file has a table [machine] with keys of a job file.
+    """
+
+    logs: Logs
+    program: Programs
+    out: Annotated[Path, opt("FILE", "The machine file that is written.")]
+    as_json: Json = False
+
+
+@command(
+    times, "times:compare_", shown=("times compare run.log --program part.nc --machine mill.toml --json",)
+)
+class CompareTimes:
+    """Compare predicted with logged times: whole, per tool, per block, at the overrides of the log."""
+
+    logs: Logs
+    program: Programs
+    machine: Annotated[Path | None, opt("FILE", "From `times fit`; without it: feeds alone.")] = None
+    table: Annotated[Path | None, opt("CSV", "Every interval of the log, with its load.")] = None
+    figure: Annotated[
+        Path | None, opt("HTML", "Page: feed as programmed, reachable and logged; tools; loads.")
+    ] = None
+    as_json: Json = False
+
+
+@command(
+    times,
+    "times:join_",
+    shown=("times join run.log --results out/part", "times join a.log b.log --results out/part --json"),
+)
+class Join:
+    """Join logs with the table of a run: removal rate, force and power beside feed and load of the log, per interval.
+
+    Writes logged.csv and logged.parquet beside the results; `figure DIR --kind logged` draws them.
+    """
+
+    logs: Logs
+    results: Annotated[Path, opt("DIR", "Result directory of run, of the same program.")]
+    machine: Annotated[Path | None, opt("FILE", "From `times fit`; default: [machine] of the job.")] = None
+    as_json: Json = False
+
+
+EXAMPLE = "force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml"
+
+force = typer.Typer(
+    help="Cutting forces: coefficients from slot tests, forces of a job over time.", epilog=examples(EXAMPLE),
+    no_args_is_help=True, rich_markup_mode=None,
+)  # fmt: skip
+
+On = Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")]
+
+
+@command(force, "force:identify_", shown=(EXAMPLE,))
+class Identify:
+    """Cutting and edge coefficients over the height, with residuals and intervals, as a coefficient file."""
+
+    data: Annotated[
+        Path, arg("DATA.csv", "Slot tests: depth_mm, feed_mm_per_tooth, fx_n, fy_n, fz_n (means).")
+    ]
+    corner_radius: Annotated[float, opt("MM", "0: flat end.")]
+    teeth: Annotated[int, opt(None, "Teeth of the tool.", min=1)]
+    degree: Annotated[int, opt(None, "Degree of the polynomials in height.", min=0)] = 3
+    method: Annotated[
+        Literal["joint", "layers"], opt("joint|layers", "One fit with intervals, or layer by layer.")
+    ] = "joint"
+    weights: Annotated[
+        Literal["relative", "resultant", "equal"],
+        opt("relative|resultant|equal", "Noise: relative to each force, to the resultant, or equal."),
+    ] = "relative"
+    layer_ref: Annotated[
+        Literal["mid", "top"], opt("mid|top", "Height that a layer's values are assigned to.")
+    ] = "mid"
+    on: On = "tool"
+    confidence: Annotated[float, opt(None, "Confidence level of the intervals.")] = 0.95
+    validate: Annotated[
+        Path | None,
+        opt("DATA.csv", "Slots that were not fitted, at another feed: how far off are the means?"),
+    ] = None
+    name: Annotated[str | None, opt(None, "Name of the set; default: the file name.")] = None
+    out: Annotated[Path | None, opt("FILE.toml", "Coefficient file; default: stdout.")] = None
+    plot: Annotated[Path | None, opt("FILE", "Coefficients and residuals as .svg, .pdf, .png.")] = None
+    as_json: Json = False
+
+
+@command(
+    force,
+    "force:predict_",
+    shown=(
+        "force predict models/slot/job.toml --block 20-30 --out out/forces",
+        "force predict part.toml --measured trace.csv --on workpiece",
+    ),
+)
+class Predict:
+    """Force over time: a revolution at every station of the blocks, as CSV and Parquet, with a picture."""
+
+    job: Annotated[Path, arg("JOB.toml", "Job file with a [force] table.")]
+    block: Annotated[str, opt("all|3,7-12", "Blocks as numbered in the table of a run.")] = "all"
+    measured: Annotated[
+        Path | None,
+        opt("TRACE.csv", "Measured: time_s or phi_deg, fx_n, fy_n, fz_n; compared with the prediction."),
+    ] = None
+    on: On = "tool"
+    out: Annotated[Path | None, opt("DIR", "Default out/NAME.")] = None
+    quiet: Quiet = False
     as_json: Json = False

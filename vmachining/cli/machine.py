@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vmachining.cli.job_commands import Describe
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
-from vmachining.cli.show_commands import Describe
 from vmachining.job.mill import Mill
 from vmachining.machine import PRESETS, described
 from vmachining.report.figures import html_name
@@ -14,7 +14,6 @@ from vmachining.report.machine import machine_record, write_machine
 
 
 def machine(o: Describe) -> int:
-    """`vmachining machine`."""
     if o.name is None:
         for known in PRESETS:
             told = machine_record(Mill.load(known))

@@ -35,16 +35,14 @@ class Code(IntEnum):
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Entry point of the `vmachining` command."""
     gc.set_threshold(GARBAGE)
     try:
         for number in (
             signal.SIGINT,
             signal.SIGTERM,
         ):  # in every phase; a run listens by itself, see `job/stopping.py`
-            if (
-                signal.getsignal(number) is not signal.SIG_IGN
-            ):  # as `nohup` and background jobs of a shell have it
+            # `nohup` and background jobs of a shell have it ignored
+            if signal.getsignal(number) is not signal.SIG_IGN:
                 signal.signal(number, _interrupted)
         code = run(list(sys.argv[1:] if argv is None else argv))
     except KeyboardInterrupt:  # before `run` listens, or while it says its last words
@@ -105,12 +103,8 @@ def run(argv: list[str]) -> int:
 
 def _usage(exc: Exception) -> str:
     """A usage error in one line, with where to look."""
-    words = (
-        str(getattr(exc, "format_message", lambda: exc)())
-        .strip()
-        .replace("\n", " ")
-        .replace("Value error, ", "")
-    )
+    words = str(getattr(exc, "format_message", lambda: exc)()).strip()
+    words = words.replace("\n", " ").replace("Value error, ", "")
     context = getattr(exc, "ctx", None)
     path = context.command_path if context is not None else "vmachining"
     return f"{words[:1].lower()}{words[1:].rstrip('.')}; see {path} --help"

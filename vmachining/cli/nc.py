@@ -72,7 +72,6 @@ def _ranged(name: str, options: dict[str, Any], mill: Mill) -> Program:
 
 
 def rotary_letters(mill: Mill) -> str:
-    """Letters of the rotary axes of a machine."""
     return "" if mill.chain is None else "".join(letter for letter in "ABC" if letter in mill.chain.names)
 
 
@@ -141,7 +140,6 @@ def _explained(code: str, *, as_json: bool) -> int:
 
 
 def check(o: Check) -> int:
-    """`vmachining nc check`."""
     if o.explain is not None:
         return _explained(o.explain, as_json=o.as_json)
     if o.program is None:
@@ -167,7 +165,6 @@ def _on(reading: Reading, machine: str | None) -> Reading:
 
 
 def moves(o: Moves) -> int:
-    """`vmachining nc moves`."""
     program = read(o.program, _on(o.reading, o.machine))
     for move in program.moves:
         record = move_record(move, o.coordinates)
@@ -183,7 +180,6 @@ def moves(o: Moves) -> int:
 
 
 def plot(o: Plot) -> int:
-    """`vmachining nc plot`."""
     from vmachining.job.toolpath import Toolpath
     from vmachining.report.backplot import write_backplot
 

@@ -108,7 +108,6 @@ def _table(title: str, heads: Iterable[str], words: Container[str]) -> Table:
 
 
 def _engines(o: Compare) -> int:
-    """`vmachining compare JOB.toml --engines ...`."""
     from vmachining.report.engines import write_engines
 
     names = engine_names(o.engines or "")
@@ -147,7 +146,7 @@ def _pages(one: Path, other: Path | None, page: Path, *, as_json: bool) -> int:
         other, names = one / "scheduled_blocks.parquet", ("as programmed", "scheduled")
         if not other.is_file():
             raise InputError(
-                "the result has no schedule to compare with", file=str(one),
+                "the result has no schedule to compare with", file=one,
                 remedy="name a second result, or run the job with [feed]",
             )  # fmt: skip
     elif one.name == other.name:
@@ -192,7 +191,6 @@ def _show_engines(found: EngineComparison) -> None:
 
 
 def _show(console: Console, found: Comparison) -> None:
-    """Totals, and the worst blocks."""
     from rich.text import Text
 
     lo, estimate, hi = found.total
@@ -215,7 +213,6 @@ def _show(console: Console, found: Comparison) -> None:
 
 
 def _show_set(console: Console, found: SetComparison) -> None:
-    """A row per case."""
     heads = ("case", "judged", "inside", "low", "high", "missing", "extra", "sum", "agrees")
     table = _table(f"{len(found.cases)} cases of {found.reference}", heads, ("case",))
     for row in found.table().iter_rows(named=True):
@@ -228,7 +225,6 @@ def _show_set(console: Console, found: SetComparison) -> None:
 
 
 def _show_edges(console: Console, found: EngagementComparison) -> None:
-    """The worst angles."""
     worst = found.worst(WORST)
     if len(worst):
         heads = ("block", "at", "phi_deg", "status", "error mm", "theirs mm", "reference mm")

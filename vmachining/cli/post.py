@@ -18,7 +18,6 @@ from vmachining.toolpath.post import post_program
 
 
 def post(o: Post) -> int:
-    """`vmachining post`."""
     source, out, plot = o.source, o.out, o.plot
     if str(out) != "-" and out.exists() and not o.force:
         raise InputError(f"{out} exists already", remedy="--out another name, or --force")

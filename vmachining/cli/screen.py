@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 FIRST_BLOCKS, FIRST_SHARE = 5, 0.05
@@ -42,16 +43,32 @@ def note(text: str, *, quiet: bool = False) -> None:
 
 
 @contextmanager
+def bars(*columns: Any) -> Iterator[Any]:
+    """Bars on stderr that go when they are through: a `rich.progress.Progress`."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as shown:
+        yield shown
+
+
+def told(warnings: Iterable[str], files: Iterable[Path] = (), *, quiet: bool = False) -> None:
+    """Warnings, and files that were written."""
+    for text in warnings:
+        note(f"warning: {text}", quiet=quiet)
+    for file in files:
+        note(f"wrote {file}", quiet=quiet)
+
+
+@contextmanager
 def status_line() -> Iterator[Callable[[str], None]]:
     """A callback that says on stderr what is done now, with the time since; silent when nobody watches."""
     if not sys.stderr.isatty():
         yield lambda _: None
         return
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as line:
+    with bars(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()) as line:
         task = line.add_task("starting", total=None)
 
         def update(text: str) -> None:
@@ -101,11 +118,9 @@ def progress_bar(*, quiet: bool) -> Iterator[Callable[[str, int, int], None] | N
     if not sys.stderr.isatty():
         yield _lines()
         return
-    from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
-        Progress,
         ProgressColumn,
         Task,
         TextColumn,
@@ -135,7 +150,7 @@ def progress_bar(*, quiet: bool) -> Iterator[Callable[[str, int, int], None] | N
         TimeElapsedColumn(),
         _TimeLeft(elapsed_when_finished=False),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bar:
+    with bars(*columns) as bar:
         tasks: dict[str, Any] = {}
 
         def update(stage: str, done: int, total: int) -> None:

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vmachining.cli.job_commands import RunOptions
+from vmachining.cli.job_commands import Figure as FigureOptions
+from vmachining.cli.job_commands import RunOptions, Strategies
 from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
-from vmachining.cli.show_commands import Figure as FigureOptions
-from vmachining.cli.show_commands import Strategies
 from vmachining.cli.single import from_clone
 from vmachining.errors import InputError
 
@@ -26,7 +25,6 @@ OPTIONAL = {"logged": "logged.parquet", "references": "references.csv"}
 
 
 def figure(o: FigureOptions) -> int:
-    """`vmachining figure`."""
     folder = o.results
     from vmachining.report import paper
     from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw
@@ -124,7 +122,7 @@ def strategies(o: Strategies) -> int:
         if job.keys.feed is None:
             raise InputError(
                 "no [feed] table: the limits of the feed are missing",
-                file=str(target), remedy="give strategy, min_mm_min and max_mm_min under [feed]",
+                file=target, remedy="give strategy, min_mm_min and max_mm_min under [feed]",
             )  # fmt: skip
         folder = o.out if o.out is not None else Path("out") / safe_name(job.name)
         code = run_job(
@@ -134,9 +132,7 @@ def strategies(o: Strategies) -> int:
             return code
     results = Results.load(folder)
     if results.strategies is None:
-        raise InputError(
-            "no comparison of strategies", file=str(folder), remedy="run a job with a [feed] table"
-        )
+        raise InputError("no comparison of strategies", file=folder, remedy="run a job with a [feed] table")
     missing = _missing(results)
     if o.as_json:
         emit({"name": results.name, "strategies": results.strategies.to_dicts(), "not_compared": missing})
@@ -166,16 +162,9 @@ def _table(name: str, table: Any) -> None:
     """The comparison on the screen, in plain columns."""
     units = dict(zip(table["strategy"], table["unit"], strict=True))
     heads = (
-        "strategy",
-        "reference",
-        "judged",
-        "time s",
-        "machine s",
-        "inserted",
-        "volume mm3/min",
-        "chip mm2",
+        "strategy", "reference", "judged", "time s", "machine s", "inserted", "volume mm3/min", "chip mm2",
         f"force {units.get('force') or 'N'}",
-    )
+    )  # fmt: skip
     lines = [heads]
     for row in table.iter_rows(named=True):
         unit = (row["unit"] or "").replace("³", "3").replace("²", "2")

@@ -1,4 +1,4 @@
-"""sweep, and what only a clone has."""
+"""sweep, block, and what only a clone has."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from vmachining.cli.judge_commands import Bench, Sweep
+from vmachining.cli.judge_commands import Bench, Block, Sweep
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, status_line
 from vmachining.errors import InputError
@@ -16,14 +16,13 @@ STEP_MARK, PLOT_MARK, PICTURE_MARK = b"'vmachining'", b"vmachining sweep", b"vma
 
 
 def sweep(o: Sweep) -> int:
-    """`vmachining sweep`."""
     name, step, plot, brep = o.file, o.step, o.plot, not o.no_brep
     if step is not None and not brep:
         raise InputError(
             "--step writes the B-rep solid, which --no-brep leaves out", remedy="drop one of them"
         )
     from vmachining.job.folder import refuse_target
-    from vmachining.job.sweepfile import read_sweep
+    from vmachining.job.single import read_sweep
     from vmachining.report.paper import TIMES, draw_regions, is_picture, write_figure
 
     drawn = plot is not None and is_picture(plot, "--plot")
@@ -72,7 +71,6 @@ def sweep(o: Sweep) -> int:
 
 
 def _fractions(text: str) -> list[float]:
-    """Numbers of `--at`, rising."""
     try:
         found = sorted({float(word) for word in text.split(",")})
     except ValueError:
@@ -83,7 +81,6 @@ def _fractions(text: str) -> list[float]:
 
 
 def bench(o: Bench) -> int:
-    """`vmachining bench`."""
     done: int = from_clone("benchmarks").bench(
         o.cases or [], listed=o.listed, blocks=o.blocks, seeds=o.seeds, journal=o.journal, as_json=o.as_json, emit=emit
     )  # fmt: skip
@@ -104,3 +101,30 @@ def from_clone(module: str) -> Any:
             "benchmarks and the making of reference sets are not installed with the package",
             remedy="clone the source: the same command works there",
         ) from exc
+
+
+def block(o: Block) -> int:
+    """`vmachining block`. Exit code 1: a block is wider than was requested."""
+    from vmachining.job import Job, blocks_alone
+    from vmachining.job.brep import parse_blocks
+
+    numbers = [k for text in o.blocks for part in parse_blocks(text, "BLOCKS") for k in part]
+    job, share = Job.load(o.job), None
+    if o.width is not None:
+        share = job.with_width(o.width).keys.accuracy.width
+    code = Code.DONE
+    for found in blocks_alone(job, numbers, width=share):
+        lo, estimate, hi = found.bracket
+        if found.is_wider:
+            code = Code.FINDINGS
+        if o.as_json:
+            emit(found.to_dict())
+            continue
+        relative = f"{100.0 * (hi - lo) / estimate:.3g} %" if estimate > 0.0 else "exact" if hi == lo else "-"
+        print(
+            f"block {found.block} (line {found.line}): {estimate:.9g} mm3   [{lo:.9g}, {hi:.9g}]   {relative}   "
+            f"{found.engine}, {found.earlier} earlier sweeps, {found.seconds:.3g} s"
+        )
+        if found.warning is not None:
+            print(f"  {found.warning}")
+    return code

@@ -9,9 +9,9 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.cli.main import Code
+from vmachining.cli.nc_commands import Distance, Drop, Flank, Passes
 from vmachining.cli.options import three
-from vmachining.cli.screen import emit, note
-from vmachining.cli.toolpath_commands import Distance, Drop, Flank, Passes
+from vmachining.cli.screen import emit, told
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 from vmachining.job.part import read_part
@@ -25,7 +25,6 @@ from vmachining.toolpath.rotary import rotary_program
 
 
 def drop(o: Drop) -> int:
-    """`vmachining toolpath drop`."""
     part = o.part
     mesh = read_part(part, chord_mm=o.chord, scale=o.scale)
     where = _points(o.points, mesh)
@@ -47,8 +46,7 @@ def drop(o: Drop) -> int:
         rows.append(
             {"x_mm": x, "y_mm": y, "z_mm": height if known else None, "contact": kind, "facet": facet + 1 if facet >= 0 else None}
         )  # fmt: skip
-    for text in warnings:
-        note(f"warning: {text}")
+    told(warnings)
     if o.as_json:
         emit({"part": str(part), "tool": tool, "points": rows, "warnings": warnings})
         return Code.DONE
@@ -62,7 +60,6 @@ def drop(o: Drop) -> int:
 
 
 def distance(o: Distance) -> int:
-    """`vmachining toolpath distance`."""
     facets, solid, chord, as_json = o.facets, o.solid, o.chord, o.as_json
     if facets.suffix.lower() != ".stl" or solid.suffix.lower() not in (".step", ".stp"):
         raise InputError(
@@ -81,8 +78,7 @@ def distance(o: Distance) -> int:
         notes.append(
             "the facets are far from the solid: check the unit (--scale 25.4 for inches), the position and the part"
         )
-    for text in notes:
-        note(f"warning: {text}", quiet=as_json)
+    told(notes, quiet=as_json)
     if as_json:
         emit({
             "places": len(places), "outside_mm": max(float(far[out]), 0.0), "outside_at_mm": places[out].tolist(),
@@ -126,7 +122,6 @@ def _points(text: str, mesh: FacetMesh) -> Floats:
 
 
 def flank(o: Flank) -> int:
-    """`vmachining toolpath flank`."""
     from vmachining.toolpath import flank_path
 
     end = cutter(o.tool)
@@ -146,26 +141,22 @@ def flank(o: Flank) -> int:
         files = [o.out]
     at, after = float(found.overcut.max()), float(found.between.max())
     worst = int(np.argmax((found.between if after > at else found.overcut).round(12)))
-    told = {
+    record = {
         "rulings": len(low), "feed_length_mm": found.path.feed_length, "overcut_mm": max(at, after), "overcut_at_ruling": worst,
         "overcut_at_rulings_mm": at, "overcut_between_mm": after, "warnings": list(found.path.notes),
         "twist_deg": float(np.degrees(found.twist.max())), "files": [str(f) for f in files],
     }  # fmt: skip
     if o.as_json:
-        emit(told | {"tips_mm": found.path.tips.tolist(), "axes": found.path.axes.tolist()})
+        emit(record | {"tips_mm": found.path.tips.tolist(), "axes": found.path.axes.tolist()})
         return Code.DONE
     print(
-        f"{len(low)} rulings, {found.path.feed_length:.1f} mm at feed; normals turn by {told['twist_deg']:.3g} degrees at most"
+        f"{len(low)} rulings, {found.path.feed_length:.1f} mm at feed; normals turn by {record['twist_deg']:.3g} degrees at most"
     )
-    for text in found.path.notes:
-        note(f"warning: {text}")
-    for file in files:
-        note(f"wrote {file}")
+    told(found.path.notes, files)
     return Code.DONE
 
 
 def surface(o: Passes) -> int:
-    """`vmachining toolpath surface`."""
     part, out, machine = o.part, o.out, o.machine
     end = cutter(o.tool)
     radius, corner = radii(end)
@@ -191,11 +182,11 @@ def surface(o: Passes) -> int:
         if chain is None:
             text = writer(path, feed_mm_min=o.feed, spindle_rev_min=o.spindle, title=title)
         else:
-            text, told = rotary_program(
+            text, more = rotary_program(
                 path, chain, feed_mm_min=o.feed, spindle_rev_min=o.spindle, title=title, tcp=not o.joint_linear,
                 tolerance_mm=0.5 * o.chord,
             )  # fmt: skip
-            warnings += told
+            warnings += more
         job = out.with_suffix(".toml")
         write_atomic(out, text)
         made = path_job(
@@ -217,10 +208,7 @@ def surface(o: Passes) -> int:
     print(
         f"{part.name}: {len(mesh.triangles)} facets; {len(path.tips)} points ({said}), {path.feed_length:.1f} mm at feed"
     )
-    for text in warnings:
-        note(f"warning: {text}")
-    for file in files:
-        note(f"wrote {file}")
+    told(warnings, files)
     return Code.DONE
 
 

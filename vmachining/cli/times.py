@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import asdict
 from pathlib import Path
 
 import polars as pl
 
+from vmachining.cli.judge_commands import CompareTimes, Fit, Join
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
-from vmachining.cli.times_commands import CompareTimes, Fit, Join
 from vmachining.errors import InputError, NCError
-from vmachining.job.files import write_atomic
+from vmachining.job.files import write_atomic, write_table
 from vmachining.job.mill import Mill
 from vmachining.job.reading import refuse_unread
-from vmachining.job.time_words import assumed
 from vmachining.job.times import Laid, compare, fit, join, lay, of_result, read_log, together
 from vmachining.job.times.fit import machine_text
-from vmachining.job.timing import Driven, machine_limits
+from vmachining.job.timing import Driven, assumed, machine_limits
 from vmachining.job.toolpath import Toolpath
 from vmachining.machine import Machine, MachineLimits
 from vmachining.nc import read_program
@@ -27,12 +25,11 @@ from vmachining.report.times import write_times
 
 
 def fit_(o: Fit) -> int:
-    """`vmachining times fit`."""
     found = fit(_laid(o.logs, o.program))
     for text in found.left_out:
         note(f"not used: {text}")
     text = machine_text(found, [log.name for log in o.logs])
-    write_atomic(o.out, text.encode("utf-8"))
+    write_atomic(o.out, text)
     if o.as_json:
         record = {key: value for key, value in asdict(found.limits).items() if value is not None}
         emit({"machine": record, "mean_error": found.error, "windows": found.windows, "seconds": found.seconds,
@@ -43,7 +40,6 @@ def fit_(o: Fit) -> int:
 
 
 def compare_(o: CompareTimes) -> int:
-    """`vmachining times compare`."""
     mill = None if o.machine is None else Mill.load(o.machine)
     limits = MachineLimits() if mill is None else mill.limits
     page = None if o.figure is None else html_name(o.figure, "--figure")
@@ -70,7 +66,7 @@ def compare_(o: CompareTimes) -> int:
             print(f"  not compared: {seconds:.0f} s of {reason}")
     if o.table is not None:
         rows = pl.concat([one.blocks.with_columns(pl.lit(one.name).alias("log")) for one in found])
-        write_atomic(o.table, rows.write_csv().encode("utf-8"))
+        write_atomic(o.table, rows.write_csv())
     if page is not None:
         write_times(found, page)
         note(f"{page}: written")
@@ -80,7 +76,6 @@ def compare_(o: CompareTimes) -> int:
 
 
 def join_(o: Join) -> int:
-    """`vmachining times join`."""
     job, driven, blocks = of_result(o.results)
     mill = None if o.machine is None else Mill.load(o.machine)
     limits = machine_limits(job) if mill is None else mill.limits
@@ -98,10 +93,7 @@ def join_(o: Join) -> int:
             left[reason] = left.get(reason, 0.0) + seconds
         tables.append(join(compare(laid, limits), blocks).with_columns(pl.lit(path.name).alias("log")))
     rows = pl.concat(tables)
-    write_atomic(o.results / "logged.csv", rows.write_csv().encode("utf-8"))
-    buffer = io.BytesIO()
-    rows.write_parquet(buffer)
-    write_atomic(o.results / "logged.parquet", buffer.getvalue())
+    write_table(rows, o.results / "logged.csv", o.results / "logged.parquet")
     kept = rows.filter(pl.col("compared"))
     loads = kept.filter(pl.col("load").is_not_nan() & pl.col("mrr_mm3_min").is_not_nan())
     told: dict[str, object] = {

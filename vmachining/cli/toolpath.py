@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from vmachining.cli.main import Code
-from vmachining.cli.screen import emit, note
-from vmachining.cli.toolpath_commands import Pocket
+from vmachining.cli.nc_commands import Pocket
+from vmachining.cli.screen import emit, told
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 
 
 def pocket(o: Pocket) -> int:
-    """`vmachining toolpath pocket`."""
     from vmachining.toolpath import MODES, STRATEGIES, Triangle, advice, pocket_lengths
     from vmachining.toolpath.program import level_program, pocket_job
 
@@ -78,10 +77,7 @@ def pocket(o: Pocket) -> int:
             f"{row['passes']:6d}  {row['uncovered_mm2']:9.4f}  {row['gouge_mm2']:.4f}"
         )
     print(f"shortest: {best[0].strategy}, {best[0].length:.4f} mm")
-    for text in warnings:
-        note(f"warning: {text}")
-    for path in files:
-        note(f"wrote {path}")
+    told(warnings, files)
     return Code.DONE
 
 

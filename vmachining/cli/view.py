@@ -6,11 +6,10 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from vmachining.cli.job_commands import RunOptions
+from vmachining.cli.job_commands import RunOptions, View
 from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import note
-from vmachining.cli.show_commands import View
 from vmachining.errors import InputError, VMachiningError
 from vmachining.job import Job
 from vmachining.job.batch import safe_name
@@ -33,7 +32,7 @@ def view(o: View) -> int:
         manifest = read_manifest(target)
         if manifest is None or REPORT not in manifest.get("outputs", ()):
             raise InputError(
-                "no result directory with a report", file=str(target), remedy="give a job file, or what run had as --out"
+                "no result directory with a report", file=target, remedy="give a job file, or what run had as --out"
             )  # fmt: skip
         live = Live(target, str(manifest.get("job", target.name)))
     else:

@@ -10,18 +10,17 @@
 | file | holds |
 |---|---|
 | `jobfile.py`, `model.py`, `words.py` | `Job`: the job file, units, refusals with line and suggestion |
-| `reading.py`, `paths.py`, `blocks.py`, `toolpath.py`, `timing.py`, `reach.py` | the program of a job: paths, blocks, times |
+| `reading.py`, `paths.py`, `toolpath.py`, `timing.py` | the program of a job: paths, blocks, times |
 | `run.py`, `course.py`, `given.py`, `cutting.py`, `simulate.py`, `executor.py`, `stopping.py` | `run`, its stages, signals |
-| `record.py`, `store.py`, `spent.py` | manifest and checkpoints of a run; what may differ when it continues; what stages cost |
+| `record.py`, `store.py` | manifest and checkpoints of a run, what stages cost; what may differ when it continues |
 | `contact.py`, `engage.py`, `engagement_columns.py`, `stations.py` | rapids, shank and holder; what the cutting edges touch |
 | `chunks.py` | chunks of blocks side by side |
-| `brep.py`, `judges.py`, `audit.py`, `verdicts.py` | `--brep`: which blocks, and what other engines say of them |
-| `schedule.py`, `strategies.py`, `references.py`, `verified.py` | feeds: plan, compare, rewrite, verify |
+| `brep.py`, `audit.py`, `verdicts.py` | `--brep`: which blocks, and what other engines say of them |
+| `schedule.py`, `strategies.py`, `verified.py` | feeds: plan, compare, rewrite, verify |
 | `table.py`, `files.py`, `folder.py`, `result.py`, `summary.py`, `total.py` | `COLUMNS`, the files of a result, their manifest |
 | `alone.py`, `single.py` | `blocks_alone`: single blocks to any width, without a run; `swept_volume` of one sweep |
 | `batch/` | many jobs over processes or a cluster |
 | `starter.py`, `starter_reading.py`, `asked.py` | a job file from a program; what is asked for and given in words |
-| `heights.py` | the workpiece as heights over cells |
 
 Conventions: stock, home and all columns are in work coordinates. Rapids remove 0 by definition; one that meets
 material warns with the volume. A block's time holds its dwells. `removed_lo_mm3` and `removed_hi_mm3` of the summary
@@ -43,8 +42,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from vmachining.job.blocks import Block, group_blocks
-from vmachining.job.engage import Scene, engage
+from vmachining.job.engage import Scene, engage, height_map
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Feed, Force
 from vmachining.job.paths import move_path
@@ -54,40 +52,22 @@ from vmachining.job.schedule import ScheduleReport
 from vmachining.job.simulate import Stopped
 from vmachining.job.stock import check_formats
 from vmachining.job.table import COLUMNS
+from vmachining.job.toolpath import Block, group_blocks
 
 if TYPE_CHECKING:
     from vmachining.job.alone import SingleBlock, blocks_alone
-    from vmachining.job.heights import height_map
     from vmachining.job.single import swept_volume
     from vmachining.job.starter import Draft, draft_job
 
 _LATER = {
-    "SingleBlock": "alone", "blocks_alone": "alone", "height_map": "heights", "swept_volume": "single",
+    "SingleBlock": "alone", "blocks_alone": "alone", "swept_volume": "single",
     "Draft": "starter", "draft_job": "starter",
 }  # fmt: skip
 
 __all__ = [
-    "COLUMNS",
-    "Block",
-    "Draft",
-    "Feed",
-    "Force",
-    "Job",
-    "RunResult",
-    "Scene",
-    "ScheduleReport",
-    "SingleBlock",
-    "Stopped",
-    "blocks_alone",
-    "check_formats",
-    "draft_job",
-    "engage",
-    "group_blocks",
-    "height_map",
-    "move_path",
-    "run",
-    "swept_volume",
-]
+    "COLUMNS", "Block", "Draft", "Feed", "Force", "Job", "RunResult", "Scene", "ScheduleReport", "SingleBlock", "Stopped",
+    "blocks_alone", "check_formats", "draft_job", "engage", "group_blocks", "height_map", "move_path", "run", "swept_volume",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:

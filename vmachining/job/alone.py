@@ -11,13 +11,12 @@ from vmachining.engines.alone import Alone
 from vmachining.engines.protocol import Options
 from vmachining.errors import InputError
 from vmachining.interval import Interval
-from vmachining.job.blocks import Block
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
-from vmachining.job.notes import slack_of
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.stock import raw_stock
-from vmachining.job.toolpath import Toolpath
+from vmachining.job.summary import slack_of
+from vmachining.job.toolpath import Block, Toolpath
 
 FLOOR_MM3 = 1e-6
 """mm^3 of width at which a block is done where a width is requested: narrower ones are those of rounding."""
@@ -53,12 +52,10 @@ class SingleBlock:
 
     @property
     def is_wider(self) -> bool:
-        """Whether the bracket is wider than was requested."""
         asked = max(self.width_mm3, self.width_asked * self.removed_mm3)
         return self.removed_hi_mm3 - self.removed_lo_mm3 > asked
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it by name."""
         return asdict(self)
 
 

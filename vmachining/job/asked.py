@@ -36,10 +36,7 @@ _SIGNED: Final = re.compile(r"\n# drafted( .*)?; ([0-9a-f]{8})\n?\Z")
 def parse_tools(words: Sequence[str]) -> dict[int, ToolNote]:
     """Tools of `--tool` by number; sizes are mm unless a unit follows them.
 
-    Raises
-    ------
-    InputError
-        Another form, a size out of range, a tool that is given twice.
+    Raises InputError: Another form, a size out of range, a tool that is given twice.
     """
     found: dict[int, ToolNote] = {}
     for word in words:

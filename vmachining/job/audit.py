@@ -11,9 +11,8 @@ import polars as pl
 
 from vmachining.engines.dexel import UprightJudge, Way
 from vmachining.engines.judges import Judge, in_words, intersection
-from vmachining.job.brep import JUDGED, judges_of
+from vmachining.job.brep import JUDGED, RayWitness, judges_of
 from vmachining.job.contact import ToolParts
-from vmachining.job.judges import RayWitness
 from vmachining.job.simulate import Stopped
 from vmachining.job.table import COLUMNS, OPINION
 from vmachining.job.toolpath import Toolpath
@@ -60,7 +59,6 @@ def audited(
     exact: list[RayWitness] = []
 
     def looked_closer(block: int, again: bool) -> Judge:
-        """What exact rays say."""
         if not exact:
             sweeps = toolpath.sweeps_until(max(chosen), tools)
             exact.append(RayWitness(stock, sweeps, want_rel=WANT_REL, most=MOST_RAYS))

@@ -31,7 +31,6 @@ class ToolParts(NamedTuple):
 
     @classmethod
     def of(cls, tool: Tool) -> ToolParts:
-        """Parts of a tool."""
         return cls(tool.cutter, tool.shank, tool.holder_profile)
 
 
@@ -40,7 +39,6 @@ Found: TypeAlias = Callable[[], list[str]]
 
 
 def nothing() -> list[str]:
-    """No warnings."""
     return []
 
 

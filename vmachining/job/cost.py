@@ -1,4 +1,5 @@
-"""What a job will cost on the mesh engine, estimated before the first block, and refused where it cannot be done.
+"""Which engine cuts a job, and what it will cost on the mesh engine: estimated before the first block, and refused where it
+cannot be done, or where by the boxes of its sweeps nothing is cut.
 
 A cutter of convex runs has about n = 2 a (m + 1) triangles: a facets around its circle, m along its meridian, each of
 them no deeper than sag = chord / `FACET_SHARE`. Preparing one takes 0.2 ms and 2 kB for each triangle. A block then
@@ -17,19 +18,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import asin, ceil, pi, sqrt
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.mesh.facets import FACET_SHARE, MAX_STEP, MIN_STEPS
-from vmachining.errors import JobError
+from vmachining.engines.relay import best_engine, handed_on
+from vmachining.errors import JobError, StockError
 from vmachining.geometry import Arc
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import CutterPath
+from vmachining.job.reading import refuse_unknown_tools
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion
+from vmachining.stock import Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
@@ -212,3 +217,69 @@ def _refuse(job: Job, chord: float, limits: Sequence[Limit]) -> None:
         if feasible is not None
         else "make the program shorter",
     )
+
+
+SHARES = 4
+"""Shares of the workpiece that columns cut where processes pay (`Entry.divided_from`), however many processes
+there are, so that numbers do not depend on how many: one needs 8 to 15 % more time for them than for an undivided workpiece."""
+
+
+class Choice(NamedTuple):
+    """engine : its name. longest_s : s of the longest block of the mesh engine. alone : columns take every motion."""
+
+    engine: str
+    longest_s: float
+    alone: bool
+
+
+def affordable(
+    job: Job,
+    toolpath: Toolpath,
+    tools: Mapping[int, ToolParts],
+    stock: Stock,
+    asked: str | None,
+    chord: float,
+) -> Choice:
+    """The engine.
+
+    asked : "columns" or "mesh"; None: what `engines.relay.best_engine` says.
+
+    Raises JobError: What the mesh engine would have to cut cannot be done with this chord, see `refuse_costly`.
+    """
+    if asked == "mesh":
+        return Choice(asked, refuse_costly(job, toolpath, tools, stock.bounds, chord).longest_s, False)
+    hands_on = handed_on(stock)
+    looked, _ = feed_motions(toolpath, tools)
+    handed = [hands_on(Sweep.along(tools[tool].cutter, path)) for tool, path in looked]
+    engine = best_engine(handed) if asked is None else asked
+    if engine == "mesh" or any(handed):
+        by_mesh = tools if engine == "mesh" else {
+            tool: tools[tool] for (tool, _), hand in zip(looked, handed, strict=True) if hand
+        }  # fmt: skip
+        refuse_fine(job, by_mesh, chord)
+        only = None if engine == "mesh" else hands_on
+        cost = refuse_costly(job, toolpath, tools, stock.bounds, chord, only=only)
+        return Choice(engine, cost.longest_s, False)
+    return Choice(engine, 0.0, True)
+
+
+def refuse_no_cut(job: Job, toolpath: Toolpath, tools: Mapping[int, ToolParts], stock: Stock) -> None:
+    """No simulation for a cut without a tool, or for a path that by its box alone misses the stock.
+
+    Raises NCError, StockError: It is one of these.
+    """
+    refuse_unknown_tools(toolpath.program, tools, ", ".join(map(str, sorted(tools))))
+    idle = (Motion.RAPID, Motion.DWELL)
+    if not any(m.motion not in idle for m in toolpath.near(tools, stock.bounds)):
+        raise never_reached(job, toolpath, tools, stock)
+
+
+def never_reached(job: Job, toolpath: Toolpath, tools: Mapping[int, ToolParts], stock: Stock) -> StockError:
+    lo, hi = stock.bounds.round(3).tolist()
+    what = f"no feed move of {Path(toolpath.program.name).name} reaches the stock, which lies from {lo} to {hi} mm"
+    remedy = "compare work offset, units and home of the program with the stock"
+    rapid = next((m for m in toolpath.near(tools, stock.bounds) if m.motion is Motion.RAPID), None)
+    if rapid is not None:
+        what += f"; the rapid in line {rapid.line} goes into its box, but rapids cut nothing"
+        remedy = f"program cuts with G1, G2 or G3, or {remedy}"
+    return StockError(what, **job.where("stock"), remedy=remedy)

@@ -14,9 +14,8 @@ from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError
 from vmachining.job.audit import MOST, audited
 from vmachining.job.brep import Asked, asked_numbers, blank, brep_columns, refuse_beyond
-from vmachining.job.choice import affordable
 from vmachining.job.contact import ToolParts
-from vmachining.job.cost import refuse_fine
+from vmachining.job.cost import affordable, never_reached, refuse_fine, refuse_no_cut
 from vmachining.job.cutting import ROWS, Cutting
 from vmachining.job.deviation import deviation_tables
 from vmachining.job.engagement_columns import coefficients_of, engagement_pass
@@ -26,18 +25,15 @@ from vmachining.job.given import Given, Opinion, Planning, RunOptions
 from vmachining.job.jobfile import Job
 from vmachining.job.kept import finer, judged
 from vmachining.job.model import Feed
-from vmachining.job.notes import quiet_findings, slack_of
 from vmachining.job.parts import Part
-from vmachining.job.reach import never_reached, refuse_no_cut
 from vmachining.job.reading import read_job_program
-from vmachining.job.record import Record
+from vmachining.job.record import Record, Spent
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
-from vmachining.job.spent import Spent
 from vmachining.job.stations import LEFT_OUT, NO_CONTACT, Stations, no_stations, sampled
 from vmachining.job.stock import raw_stock
 from vmachining.job.strategies import Planned, plan
-from vmachining.job.summary import run_summary
+from vmachining.job.summary import quiet_findings, run_summary, slack_of
 from vmachining.job.table import MOST_CSV, NO_CSV, finish, read_partial, refeed
 from vmachining.job.timing import block_feeds, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath

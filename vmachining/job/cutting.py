@@ -11,21 +11,20 @@ from typing import Any
 from vmachining.engines import engine_class, entry_of
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError
-from vmachining.job.choice import SHARES
 from vmachining.job.contact import Contacts
-from vmachining.job.cost import APART_SAVES, APART_SECONDS
+from vmachining.job.cost import APART_SAVES, APART_SECONDS, SHARES
 from vmachining.job.executor import Executor, Staff, executor
 from vmachining.job.files import is_full
 from vmachining.job.folder import WORKING, usable
 from vmachining.job.given import Given
 from vmachining.job.jobfile import Job
-from vmachining.job.notes import notes_of
 from vmachining.job.parts import Noted, Part, Parts, Replayed
 from vmachining.job.record import Record
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Stage
+from vmachining.job.stock import raw_engine
+from vmachining.job.summary import notes_of
 from vmachining.job.table import RowFile, drop_torn_row
 from vmachining.job.timing import block_feeds
-from vmachining.job.workpiece import raw_engine
 from vmachining.progress import Progress
 from vmachining.stock import Stock
 

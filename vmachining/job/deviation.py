@@ -1,42 +1,22 @@
-"""The deviation of the finished workpiece from the design: settings of the vectors, and the tables."""
+"""The deviation of the finished workpiece from the design: tables, and how far the ends of rays are off."""
 
 from __future__ import annotations
 
-from math import radians
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from vmachining.arrays import Floats
 from vmachining.engines.protocol import Engine
-from vmachining.engines.settings import VectorSettings
 from vmachining.job.files import atomic_path
 from vmachining.job.folder import ResultFolder
-from vmachining.job.gouge import ends_against
 from vmachining.job.jobfile import Job
-from vmachining.job.model import Vectors
 from vmachining.job.stock import design_mesh
 from vmachining.job.table import DIGITS
+from vmachining.stock import MeshStock
 
-
-def vector_settings(job: Job) -> VectorSettings:
-    """What a job asks of discrete vectors.
-
-    Raises InputError: Lengths or angles that do not go together, or an error above the radius of the smallest tool.
-    """
-    from vmachining.engines.vectors import spacing_for
-
-    keys = job.keys.vectors or Vectors()
-    spacing = keys.spacing_mm
-    if keys.error_mm is not None:
-        spacing = spacing_for(keys.error_mm, min(tool.profile.max_radius for tool in job.tools.values()))
-    return VectorSettings(
-        mode=keys.mode,
-        pitch=keys.pitch_mm,
-        spacing=spacing,
-        theta_v=None if keys.theta_v_deg is None else radians(keys.theta_v_deg),
-        theta_sharp=radians(keys.theta_sharp_deg),
-        allowance=keys.allowance_mm,
-        depth=keys.depth_mm,
-        casting=keys.casting_mm,
-    )
+if TYPE_CHECKING:
+    from vmachining.engines.dexel import DexelEngine
 
 
 def deviation_tables(job: Job, engine: Engine, place: ResultFolder) -> dict[str, Any] | None:
@@ -77,3 +57,58 @@ def deviation_tables(job: Job, engine: Engine, place: ResultFolder) -> dict[str,
         "max_undercut_mm": told["max_undercut_mm"],
         "within_tolerance": told["within_tolerance"],
     }
+
+
+MOST_ROWS = 100_000
+"""Rows of the table; those that deviate most."""
+
+STEP_MM = 1e-4
+"""Of the differences that give the direction of a distance."""
+
+
+def ends_against(
+    engine: DexelEngine, part: MeshStock, tolerance: float
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Columns of deviation.csv and its summary, as discrete vectors have them.
+
+    A row is an end of a ray: its foot on the design, the direction from there outwards, the distance (> 0 material is left,
+    < 0 too much is taken), and the block that made it.
+    """
+    points, blocks, axes = engine.ends()
+    distance = part.signed_distance(points)
+    over, under = distance < -tolerance, distance > tolerance
+    kept = np.flatnonzero(over | under)
+    kept = kept[np.argsort(-np.abs(distance[kept]), kind="stable")][:MOST_ROWS]
+    normal = _outward(part, points[kept])
+    foot = points[kept] - distance[kept, None] * normal
+    names = np.array(["ray along x", "ray along y", "ray along z"])
+    columns: dict[str, Any] = {
+        "kind": names[axes[kept]].tolist(), "state": np.where(over[kept], "over", "under").tolist(),
+        "x_mm": foot[:, 0], "y_mm": foot[:, 1], "z_mm": foot[:, 2],
+        "nx": normal[:, 0], "ny": normal[:, 1], "nz": normal[:, 2],
+        "length_mm": distance[kept], "deviation_mm": distance[kept],
+        "block": [None if k < 0 else k for k in blocks[kept].tolist()], "facet": [None] * len(kept),
+    }  # fmt: skip
+    total = len(distance)
+    summary = {
+        "vectors": total, "upright_vectors": int((axes == 2).sum()), "normal_vectors": int((axes != 2).sum()),
+        "tolerance_mm": tolerance,
+        "max_overcut_mm": max(float(-distance.min(initial=0.0)), 0.0),
+        "max_undercut_mm": max(float(distance.max(initial=0.0)), 0.0),
+        "within_tolerance": 1.0 - int((over | under).sum()) / total if total else None,
+        "over": int(over.sum()), "under": int(under.sum()), "consumed": 0, "entered_from_behind": 0, "cut_beneath": 0,
+        "part_outside_stock": 0, "rows": len(kept), "pitch_mm": engine.spacing, "spacing_mm": engine.spacing,
+        "theta_v_deg": None, "mode": "rays",
+    }  # fmt: skip
+    return columns, summary
+
+
+def _outward(part: MeshStock, points: Floats) -> Floats:
+    """(n, 3) unit directions in which the distance to the part grows."""
+    slopes = [
+        part.signed_distance(points + step) - part.signed_distance(points - step)
+        for step in STEP_MM * np.eye(3)
+    ]
+    out = np.column_stack(slopes) if len(points) else np.zeros((0, 3))
+    size = np.linalg.norm(out, axis=1, keepdims=True)
+    return np.asarray(np.divide(out, size, out=np.zeros_like(out), where=size > 0.0))

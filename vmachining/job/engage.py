@@ -11,8 +11,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Floats, rows
 from vmachining.engagement import (
     By,
     Engagement,
@@ -27,13 +28,12 @@ from vmachining.engagement import (
 from vmachining.engagement.analytic import HeightStock, HeightWorkpiece, bounds, corner_of, heights_of
 from vmachining.errors import InputError
 from vmachining.geometry import Line
-from vmachining.job.blocks import Block
 from vmachining.job.brep import blank
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import CutterPath
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.stock import raw_stock
-from vmachining.job.toolpath import Toolpath
+from vmachining.job.toolpath import Block, Toolpath
 from vmachining.nc import Program
 from vmachining.stock import StepStock
 from vmachining.sweep import Stance, Sweep, Turn
@@ -366,7 +366,6 @@ def _region(edge: Edge, stance: Stance, phi: Floats, parts: EdgeParts) -> Floats
 
 
 def _meet(one: Floats, other: Floats) -> bool:
-    """Whether two boxes (2, 3) do."""
     return bool((one[0] <= other[1]).all() and (one[1] >= other[0]).all())
 
 
@@ -377,3 +376,37 @@ def plain_stock(job: Job) -> tuple[Stock, tuple[str, ...]]:
         return stock, ()
     chord = job.keys.accuracy.chord_mm
     return stock, (f"the STEP stock is known by triangles within {chord:g} mm; method brep takes its faces",)
+
+
+def height_map(
+    job: Job, *, pitch: float, after: int | None = None, region: ArrayLike | None = None
+) -> HeightStock:
+    """The workpiece as a staircase for the analytic engagement: a rough-milled part for its semi-finish.
+
+    Parameters
+    ----------
+    pitch : mm, largest size of a cell. Heights are exact on the vertical lines through the middles of cells.
+    after : last block that has cut, None: all of them.
+    region : (2, 2) or (2, 3) mm, corners of the part as designed; None: all of the stock.
+
+    Raises
+    ------
+    InputError
+        A pitch that is not positive, a region beside the stock; program, tools or stock cannot be used.
+    StockError
+        Too many cells.
+    """
+    if not (np.isfinite(pitch) and pitch > 0.0):
+        raise InputError(f"a pitch of {pitch:g} mm: expected a positive number")
+    scene = Scene.of(job)
+    box = None
+    if region is not None:
+        box = np.array([[-np.inf] * 3, [np.inf] * 3])
+        given = rows(region, 2, np.shape(region)[-1], name="region")
+        box[:, : given.shape[1]] = given
+    stock = scene.heights(pitch, box, after)
+    if stock is None:
+        raise InputError(
+            "the region does not meet the stock", remedy="give its corners in work coordinates, mm"
+        )
+    return stock

@@ -14,16 +14,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
+import numpy as np
 import polars as pl
 
+from vmachining.arrays import Floats
 from vmachining.engagement import Engagement, chip_points, chip_table
 from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job.brep import parse_blocks, refuse_beyond
-from vmachining.job.clock import Clock
 from vmachining.job.engage import Scene
-from vmachining.job.files import atomic_path
+from vmachining.job.files import atomic_path, write_table
 from vmachining.job.jobfile import Job
 from vmachining.job.simulate import Stopped
+from vmachining.job.timing import machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -137,10 +139,7 @@ def engage_many(
                     ).with_columns(
                         pl.struct("block", "at").rank("dense").cast(pl.Int64).alias("position") - 1
                     ).sink_parquet(temporary)
-    with atomic_path(folder / "positions.parquet") as temporary:
-        table.write_parquet(temporary)
-    with atomic_path(folder / "positions.csv") as temporary:
-        table.write_csv(temporary)
+    write_table(table, folder / "positions.parquet", folder / "positions.csv")
     if stopped:
         left = (errand[0].block for errand, found in zip(errands, rows, strict=True) if not found)
         begin = next(left, None)  # none, if the stop came with the last one
@@ -266,19 +265,14 @@ def _chips(
         "feed_per_tooth_mm": feed if feed == feed else None,
     }  # fmt: skip
     kinds = {
-        "block": pl.Int64,
-        "at": pl.Float64,
-        "time_s": pl.Float64,
-        "path_mm": pl.Float64,
-        "feed_per_tooth_mm": pl.Float64,
-    }
+        "block": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "path_mm": pl.Float64, "feed_per_tooth_mm": pl.Float64,
+    }  # fmt: skip
     lead = [pl.lit(value, dtype=kinds[name]).alias(name) for name, value in head.items()]
     table, points = chip_table(found, feed_per_tooth=tooth), chip_points(found, feed_per_tooth=tooth)
     return table.select(*lead, pl.all()), points.select(*lead[:2], pl.all())
 
 
 def _row(found: Engagement) -> dict[str, Any]:
-    """The sums of one position."""
     s = found.summary
     arcs = s["arcs_feed_deg"] if s["arcs_feed_deg"] is not None else s["arcs_deg"]
     chip = found.chip_per_feed
@@ -292,3 +286,36 @@ def _row(found: Engagement) -> dict[str, Any]:
         "chip_per_feed_max_mm": float(chip.max()) if (chip == chip).all() else None,
         "removal_mm3_per_mm": s["removal_mm3_per_mm"], "note": "; ".join(found.notes) or None,
     }  # fmt: skip
+
+
+class Clock(NamedTuple):
+    """begin, seconds : (n,) s of every block. feed_per_tooth : (n,) mm, NaN where feed, speed or teeth are unknown."""
+
+    begin: Floats
+    seconds: Floats
+    feed_per_tooth: Floats
+
+    @classmethod
+    def of(cls, job: Job, toolpath: Toolpath) -> Clock:
+        """Of a program that has been read.
+
+        Raises NCError: A feed move without a feed.
+        """
+        times = move_times(toolpath, machine_limits(job), block_delete=job.keys.program.block_delete).seconds
+        start = np.concatenate([[0.0], np.cumsum(times)])
+        blocks = toolpath.blocks
+        begin = np.array([start[min(block.moves)] for block in blocks])
+        end = np.array([start[max(block.moves) + 1] for block in blocks])
+        default = job.keys.force.spindle_rev_min if job.keys.force is not None else None
+        feed = np.full(len(blocks), np.nan)
+        for block in blocks:
+            for move, _ in toolpath.cuts(block):
+                teeth = job.tools[move.tool].flutes if move.tool in job.tools else None
+                speed = abs(move.spindle_rpm) or default
+                if teeth and speed and move.feed_mm_min:
+                    feed[block.number] = move.feed_mm_min / (teeth * speed)
+        return cls(begin, end - begin, feed)
+
+    def at(self, block: int, share: float) -> float:
+        """s at a fraction of a block."""
+        return float(self.begin[block] + share * self.seconds[block])

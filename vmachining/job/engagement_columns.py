@@ -23,18 +23,16 @@ from vmachining.engagement.along import Sample, Seen, Sweeps, Teeth, contact_alo
 from vmachining.engagement.along.kernels.edge_kernels import TOUCH_MM
 from vmachining.errors import InputError, JobError
 from vmachining.force import Coefficients, Load, deflection_force, load_rows, power_w, shipped, turn_load
-from vmachining.job.blocks import Block
 from vmachining.job.chunks import in_order, threads_for
-from vmachining.job.cutting_motions import CuttingMotions
 from vmachining.job.engage import plain_stock
 from vmachining.job.folder import usable
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Feed
 from vmachining.job.paths import CutterPath
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Stopped
-from vmachining.job.stations import Stations
+from vmachining.job.stations import CuttingMotions, Stations
 from vmachining.job.table import CONTACT
-from vmachining.job.toolpath import Toolpath
+from vmachining.job.toolpath import Block, Toolpath
 from vmachining.nc import Move
 from vmachining.progress import Progress
 from vmachining.tolerance import LENGTH_EPS_MM
@@ -67,10 +65,7 @@ class Forcing(NamedTuple):
 def coefficients_of(job: Job) -> Forcing | None:
     """Of [force] in the job file; None without.
 
-    Raises
-    ------
-    JobError
-        Neither a file nor a shipped set; a file that is wrong says so itself.
+    Raises JobError: Neither a file nor a shipped set; a file that is wrong says so itself.
     """
     keys = job.keys.force
     if keys is None:
@@ -190,12 +185,8 @@ def engagement_pass(
     part : (k, n) does every n-th chunk only, from number k on; what it returns is of these. sweeps : those of an earlier pass
     over the same program.
 
-    Raises
-    ------
-    Stopped
-        The user asked to stop.
-    JobError
-        Coefficients that are not there.
+    Raises Stopped: The user asked to stop.
+    Raises JobError: Coefficients that are not there.
     """
     work = _Pass(job, toolpath, coefficients_of(job), feed, divided, watch, only, sweeps)
     for path in known:

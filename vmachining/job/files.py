@@ -15,10 +15,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vmachining.errors import InputError, JobError
 from vmachining.textfile import parse_json
+
+if TYPE_CHECKING:
+    import polars as pl
 
 MANIFEST = "manifest.json"
 STAGES = "stages.zip"
@@ -39,27 +42,13 @@ TABLES = (
     "deviation.csv", "deviation.parquet",
 )  # fmt: skip
 OUTPUTS = (
-    *TABLES,
-    "summary.json",
-    "report.html",
-    "deviation.html",
-    "stock.stl",
-    "stock.3mf",
-    "stock.glb",
-    "stock.step",
-)
+    *TABLES, "summary.json", "report.html", "deviation.html", "stock.stl", "stock.3mf", "stock.glb", "stock.step",
+)  # fmt: skip
 """Every result file there can be, the manifest apart, and workpieces between blocks (`between`)."""
 
 PACKAGES = (
-    "vmachining",
-    "numpy",
-    "numba",
-    "manifold3d",
-    "trimesh",
-    "polars",
-    "cadquery-ocp-novtk",
-    "cadquery-ocp",
-)
+    "vmachining", "numpy", "numba", "manifold3d", "trimesh", "polars", "cadquery-ocp-novtk", "cadquery-ocp",
+)  # fmt: skip
 
 
 class Scratch:
@@ -79,14 +68,11 @@ def atomic_path(target: Path) -> Iterator[Path]:
 
     The suffix is kept, because writers choose their format by it.
 
-    Raises
-    ------
-    InputError
-        The disk is full, the directory read-only, ...; names the target.
+    Raises InputError: The disk is full, the directory read-only, ...; names the target.
     """
     temporary = temporary_name(target, os.getpid())
     if os.path.lexists(temporary):
-        raise InputError("is in the way", file=str(temporary), remedy="move it away")
+        raise InputError("is in the way", file=temporary, remedy="move it away")
     try:
         with writing(target):
             yield temporary
@@ -110,7 +96,7 @@ def writing(target: Path) -> Iterator[None]:
     except OSError as exc:
         raise InputError(
             f"cannot write: {exc.strerror or exc}",
-            file=str(target),
+            file=target,
             remedy="choose another --out or free some disk space",
         ) from exc
 
@@ -124,21 +110,16 @@ def is_full(error: BaseException) -> bool:
 def make_folder(folder: Path) -> None:
     """Make a result directory, parents too.
 
-    Raises
-    ------
-    InputError
-        It cannot be made, or is something else than a directory.
+    Raises InputError: It cannot be made, or is something else than a directory.
     """
     if folder.exists() and not folder.is_dir():
-        raise InputError(
-            "is a file, not a directory for results", file=str(folder), remedy="choose another --out"
-        )
+        raise InputError("is a file, not a directory for results", file=folder, remedy="choose another --out")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as exc:
         raise InputError(
             f"cannot make the result directory: {exc.strerror or exc}",
-            file=str(folder),
+            file=folder,
             remedy="choose another --out",
         ) from exc
 
@@ -154,6 +135,13 @@ def write_atomic(target: Path, data: bytes | str) -> None:
         temporary.write_bytes(data if isinstance(data, bytes) else data.encode("utf-8"))
 
 
+def write_table(frame: pl.DataFrame, *targets: Path) -> None:
+    """Write a table to files, .parquet or else CSV, each whole or not at all."""
+    for target in targets:
+        with atomic_path(target) as temporary:
+            (frame.write_parquet if target.suffix == ".parquet" else frame.write_csv)(temporary)
+
+
 def write_json(target: Path, value: Any) -> None:
     """Write an indented JSON file; NaN is refused, because JSON has none."""
     write_atomic(target, json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
@@ -162,10 +150,7 @@ def write_json(target: Path, value: Any) -> None:
 def sha256(path: Path) -> str:
     """Hexadecimal digest of a file's bytes.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read.
+    Raises InputError: The file cannot be read.
     """
     digest = hashlib.sha256()
     try:
@@ -173,7 +158,7 @@ def sha256(path: Path) -> str:
             while chunk := file.read(1 << 20):
                 digest.update(chunk)
     except OSError as exc:
-        raise InputError(f"cannot read: {exc.strerror or exc}", file=str(path)) from exc
+        raise InputError(f"cannot read: {exc.strerror or exc}", file=path) from exc
     return digest.hexdigest()
 
 
@@ -183,7 +168,6 @@ def fingerprints(paths: dict[str, Path]) -> dict[str, dict[str, str]]:
 
 
 def versions() -> dict[str, str]:
-    """What produced the numbers."""
     found = {"python": platform.python_version(), "platform": platform.platform(terse=True)}
     for package in PACKAGES:
         with suppress(importlib.metadata.PackageNotFoundError):
@@ -217,10 +201,7 @@ def other_origin(made_with: Mapping[str, str]) -> str | None:
 def read_manifest(folder: Path, name: str = MANIFEST) -> dict[str, Any] | None:
     """The manifest of an output directory, or None if none exists.
 
-    Raises
-    ------
-    JobError
-        It is there and not readable.
+    Raises JobError: It is there and not readable.
     """
     path = folder / name
     if not path.exists():
@@ -228,7 +209,7 @@ def read_manifest(folder: Path, name: str = MANIFEST) -> dict[str, Any] | None:
     try:
         manifest = parse_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as exc:
-        raise JobError(f"not a readable manifest: {exc}", file=str(path)) from exc
+        raise JobError(f"not a readable manifest: {exc}", file=path) from exc
     if not isinstance(manifest, dict):
-        raise JobError("not a manifest", file=str(path))
+        raise JobError("not a manifest", file=path)
     return manifest

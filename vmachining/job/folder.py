@@ -19,7 +19,6 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -198,7 +197,7 @@ class ResultFolder:
             if role is not None:
                 raise InputError(
                     f"is the {role} of this job, and results have a file of that name",
-                    file=str(path),
+                    file=path,
                     remedy="choose another --out",
                 )
             if not is_made(path, made):
@@ -206,7 +205,7 @@ class ResultFolder:
                 what = "was changed since it was made" if changed else "was not made by this command"
                 raise InputError(
                     f"{what}, and results have a file of that name",
-                    file=str(path),
+                    file=path,
                     remedy="move it away, or choose another --out",
                 )
 
@@ -245,7 +244,6 @@ class ResultFolder:
     # -- the manifest --------------------------------------------------------------------------------------
 
     def save(self) -> None:
-        """Write the manifest."""
         write_json(self.path / self._manifest, self.manifest)
 
     @contextmanager
@@ -287,7 +285,7 @@ def usable(checkpoint: Path) -> Iterator[Path]:
     except EngineError as exc:
         raise JobError(
             f"the checkpoint cannot be used: {exc.reason}",
-            file=str(checkpoint),
+            file=checkpoint,
             remedy="run again without --resume",
         ) from exc
 
@@ -303,14 +301,14 @@ def refuse_target(path: Path, inputs: Mapping[str, Path], mark: bytes) -> None:
         return
     role = next((role for role, given in inputs.items() if identity(given) == identity(path)), None)
     if role is not None and path.exists():
-        raise InputError(f"is the {role} itself", file=str(path), remedy="choose another name")
+        raise InputError(f"is the {role} itself", file=path, remedy="choose another name")
     if path.is_file() and not path.is_symlink():
         with path.open("rb") as file:
             if mark in file.read(1024):
                 return
     raise InputError(
         "exists and was not made by this command",
-        file=str(path),
+        file=path,
         remedy="move it away, or choose another name",
     )
 
@@ -343,7 +341,6 @@ class FolderLock:
 
     @property
     def is_held(self) -> bool:
-        """Whether this object has it."""
         return self._descriptor is not None
 
     def acquire(self) -> None:
@@ -358,16 +355,15 @@ class FolderLock:
         except BlockingIOError as exc:
             raise InputError(
                 f"another vmachining writes into this directory{self._holder()}",
-                file=str(self.path),
+                file=self.path,
                 remedy="wait for it, stop it, or choose another --out",
             ) from exc
         except OSError as exc:
             raise InputError(
-                f"cannot be locked: {exc.strerror or exc}", file=str(self.path), remedy="choose another --out"
+                f"cannot be locked: {exc.strerror or exc}", file=self.path, remedy="choose another --out"
             ) from exc
 
     def _holder(self) -> str:
-        """Who has it, if the manifest says so."""
         try:
             manifest = read_manifest(self.path) or {}
         except JobError:
@@ -377,7 +373,6 @@ class FolderLock:
         return f" (process {manifest['process']}, since {manifest.get('started')})"
 
     def release(self) -> None:
-        """Give it back."""
         if self._descriptor is not None:
             os.close(self._descriptor)
             self._descriptor = None
@@ -385,21 +380,15 @@ class FolderLock:
     def __enter__(self) -> FolderLock:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.release()
 
 
 def engagement_folder(path: Path) -> ResultFolder:
     """A directory as `vmachining engage` sees it: it may be that of a run, so the manifest has its own name."""
     return ResultFolder(
-        path,
-        kind="vmachining engagement",
-        names=(*ENGAGEMENT, "engagement.json"),
-        pattern=None,
-        manifest="engagement.json",
-    )
+        path, kind="vmachining engagement", names=(*ENGAGEMENT, "engagement.json"), pattern=None, manifest="engagement.json",
+    )  # fmt: skip
 
 
 @contextmanager

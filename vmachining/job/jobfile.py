@@ -30,13 +30,8 @@ MOST = 1e9
 
 
 FILES = (
-    ("program", "file"),
-    ("machine", "file"),
-    ("stock", "stl"),
-    ("stock", "step"),
-    ("design", "stl"),
-    ("design", "step"),
-)
+    ("program", "file"), ("machine", "file"), ("stock", "stl"), ("stock", "step"), ("design", "stl"), ("design", "step"),
+)  # fmt: skip
 """Keys that name a file that must exist, relative to the job file; a machine file is read at once."""
 
 
@@ -201,7 +196,7 @@ class Job:
     ) -> Job:
         def refuse(message: str, path: tuple[str | int, ...], remedy: str | None = None) -> JobError:
             line, col = position_of(path, positions) or (None, None)
-            return JobError(message, file=str(source) if source else None, line=line, col=col, remedy=remedy)
+            return JobError(message, file=source, line=line, col=col, remedy=remedy)
 
         _refuse_huge(data, (), refuse)
         try:
@@ -230,7 +225,6 @@ class Job:
         return f"Job({self.name!r}, program {program!r}, tools {{{tools}}}, stock {stock})"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows."""
         return facts_html(f"Job {self.name}", self._facts())
 
     def _facts(self) -> list[tuple[str, str]]:
@@ -302,7 +296,7 @@ class Job:
     def where(self, *path: str | int) -> dict[str, Any]:
         """file, line, col keywords of an error about one key."""
         line, col = position_of(path, self.positions) or (None, None)
-        return {"file": str(self.source) if self.source else None, "line": line, "col": col}
+        return {"file": self.source, "line": line, "col": col}
 
 
 def _table(key: str, value: Any) -> Any:

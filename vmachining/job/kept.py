@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.feed import FeedBlocks, Schedule, floor_feed
-from vmachining.job.blocks import Block
+from vmachining.feed import Schedule, floor_feed
 from vmachining.job.model import Feed
 from vmachining.job.schedule import Passed, sample_count
 from vmachining.job.stations import Stations
 from vmachining.job.strategies import Planned, strategies
 from vmachining.job.table import read_partial
+from vmachining.job.toolpath import Block
 from vmachining.job.verified import Written
 
 FINER = 0.25
@@ -57,20 +57,13 @@ def judged(
     partial : rows of its blocks, with their parts where blocks were divided. stations : of its contact.
     original : blocks of the program it was made of.
     """
-    schedule, before = planned.schedule, planned.rows
+    schedule = planned.schedule
     table = read_partial(partial, ["length_mm", "removed_mm3", "removed_hi_mm3"])
     owner, blocks = written.owners(original), written.toolpath.blocks
     feeds = np.array([written.toolpath.moves[block.moves[0]].feed_mm_min or np.nan for block in blocks])
     on = schedule.scheduled[owner] & (feeds > 0.0)
-    rows = FeedBlocks(
-        line=[block.line for block in blocks],
-        kind=before.kind[owner],
-        length_mm=table["length_mm"].to_numpy(),
-        feed_mm_min=np.where(on, feeds, np.nan),
-        volume_mm3=table["removed_mm3"].to_numpy(),
-        volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
-        tool=before.groups[owner],
-    )
+    lines = [block.line for block in blocks]
+    rows = planned.divided(owner, table, lines, np.where(on, feeds, np.nan))
     measured = feed.insert_blocks and feed.strategy == "volume" and feed.rule == "safe"
     strategy = strategies(feed.model_copy(update={"insert_blocks": measured}), rows, partial, stations)[
         feed.strategy

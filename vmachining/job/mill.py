@@ -24,7 +24,6 @@ class Mill:
 
     @property
     def limits(self) -> MachineLimits:
-        """What it does at most."""
         return limits_of(self.keys)
 
     @classmethod
@@ -45,14 +44,14 @@ class Mill:
         except ValidationError as exc:
             first = exc.errors()[0]
             raise JobError(
-                f"[machine] {'.'.join(map(str, first['loc']))}: {first['msg']}", file=str(path)
+                f"[machine] {'.'.join(map(str, first['loc']))}: {first['msg']}", file=path
             ) from exc
         if nested and keys.file:
-            raise KinematicsError("[machine] file: a machine file cannot name another one", file=str(path))
+            raise KinematicsError("[machine] file: a machine file cannot name another one", file=path)
         if chain is not None:
             if keys.chain or keys.file:
                 raise KinematicsError(
-                    "[machine] chain and file: the chain is in this file already", file=str(path)
+                    "[machine] chain and file: the chain is in this file already", file=path
                 )
             return cls(chain.name, chain, keys, legs)
         return cls.of(keys, path.parent, path.stem)
@@ -82,7 +81,6 @@ class Mill:
 
 
 def limits_of(keys: MachineKeys) -> MachineLimits:
-    """Limits of a table [machine]."""
     given = keys.model_dump(
         exclude={"chain", "options", "file", "feed_override_percent", "rapid_override_percent"}
     )

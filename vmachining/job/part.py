@@ -32,17 +32,17 @@ def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0, recover
         mesh = read_cloud(path, scale=scale)
     else:
         raise InputError(
-            f"{path.name}: expected a .stl or a .step file, or points as .csv or .xyz", file=str(path)
+            f"{path.name}: expected a .stl or a .step file, or points as .csv or .xyz", file=path
         )
     turned = [text for text in mesh.notes if "turned over" in text or "disagree which side" in text]
     if turned:
         raise InputError(
-            turned[0], file=str(path), remedy="turn them in the CAD system: normals point out of the part"
+            turned[0], file=path, remedy="turn them in the CAD system: normals point out of the part"
         )
     a, b, c = mesh.corners.transpose(1, 0, 2)
     if mesh.is_closed and float((a * np.cross(b, c)).sum()) < 0.0:
         raise InputError(
-            "the part is inside out: all facets are turned over", file=str(path),
+            "the part is inside out: all facets are turned over", file=path,
             remedy="turn them in the CAD system: normals point out of the part",
         )  # fmt: skip
     return mesh

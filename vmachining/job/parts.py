@@ -57,7 +57,7 @@ def _whole(file: Path) -> Iterator[None]:
         yield
     except EngineError as exc:
         raise InputError(
-            f"this part cannot be used: {exc.reason}", file=str(file), remedy="make the part again"
+            f"this part cannot be used: {exc.reason}", file=file, remedy="make the part again"
         ) from exc
 
 
@@ -78,10 +78,7 @@ class Part(NamedTuple):
 def parse_part(text: str) -> Part:
     """Of words such as 3/64.
 
-    Raises
-    ------
-    InputError
-        They are not parts of a run.
+    Raises InputError: They are not parts of a run.
     """
     found = re.fullmatch(r"\s*(\d{1,6})\s*/\s*(\d{1,6})\s*", text)
     if not found or not 1 <= int(found[1]) <= int(found[2]):
@@ -201,11 +198,9 @@ class Replayed:
         )
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
-        """See `Executor`."""
         return self._answer()
 
     def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
-        """See `Executor`."""
         return self._answer()
 
     def save(self, path: Path) -> None:
@@ -228,11 +223,9 @@ class Replayed:
         return whole
 
     def peak_mb(self) -> float:
-        """See `Executor`."""
         return 0.0
 
     def close(self) -> None:
-        """See `Executor`."""
         self._folder.cleanup()
 
 
@@ -262,11 +255,8 @@ class Parts(NamedTuple):
 def read_parts(folders: Sequence[Path]) -> Parts:
     """All parts of one run, each once.
 
-    Raises
-    ------
-    InputError
-        A directory that holds no part, one that is not complete, of other inputs, options or code; one that is missing or there
-        twice.
+    Raises InputError: A directory that holds no part, one that is not complete, of other inputs, options or code; one that is
+        missing or there twice.
     """
     found: dict[int, tuple[Path, dict[str, Any]]] = {}
     cut: list[Path] = []
@@ -276,17 +266,17 @@ def read_parts(folders: Sequence[Path]) -> Parts:
         text = manifest.get("options", {}).get("part")
         if text is None:
             raise InputError(
-                "contains no part of a run", file=str(folder), remedy="give what `run --part K/N` wrote"
+                "contains no part of a run", file=folder, remedy="give what `run --part K/N` wrote"
             )
         part = parse_part(text)
         if other := other_origin(manifest["versions"]):
             raise InputError(
-                f"part {part} was made with {other}", file=str(folder),
+                f"part {part} was made with {other}", file=folder,
                 remedy="make all parts, and merge them, with one version",
             )  # fmt: skip
         if not manifest.get("part_complete"):
             raise InputError(
-                f"part {part} is not complete", file=str(folder),
+                f"part {part} is not complete", file=folder,
                 remedy=f"vmachining run {manifest.get('job_file')} --part {part} --out {folder} --resume",
             )  # fmt: skip
         if part.number in found:
@@ -321,14 +311,14 @@ def _refuse_other(
     if before.of != part.of:
         raise InputError(
             f"holds part {part}, and {first} part {before}",
-            file=str(folder),
+            file=folder,
             remedy="merge parts of one division",
         )
     for role, entry in one["inputs"].items():
         if other["inputs"].get(role, {}).get("sha256") != entry["sha256"]:
             raise InputError(
                 f"part {part} was made of another {role} than {first}",
-                file=str(folder),
+                file=folder,
                 remedy="make it again",
             )
     changed = [
@@ -337,6 +327,6 @@ def _refuse_other(
     ]  # fmt: skip
     if changed:
         raise InputError(
-            f"part {part} was made with another {', '.join(sorted(changed))} than {first}", file=str(folder),
+            f"part {part} was made with another {', '.join(sorted(changed))} than {first}", file=folder,
             remedy="make all parts with the same options",
         )  # fmt: skip

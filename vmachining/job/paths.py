@@ -44,11 +44,8 @@ ARCS = (Motion.ARC_CW, Motion.ARC_CCW)
 def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
     """The path of the cutter; an arc stays an arc.
 
-    Raises
-    ------
-    NCError
-        An arc without a usable centre or with a leaning tool; rotary words without a machine that has such
-        joints; a tool axis that is reversed.
+    Raises NCError: An arc without a usable centre or with a leaning tool; rotary words without a machine that has such joints; a
+        tool axis that is reversed.
     """
     if move.circle is not None:
         return _leaning_arc(move, move.circle)
@@ -210,10 +207,7 @@ def settled(program: Program, machine: Machine | None) -> Program:
     Switching moves nothing, but from then on the same place has other coordinates. Words that are left out
     would keep coordinates of the old kind, so the first move after it has to be a rapid that names X, Y and Z.
 
-    Raises
-    ------
-    NCError
-        It is not, while the rotary axes are turned.
+    Raises NCError: It is not, while the rotary axes are turned.
     """
     out = list(program.moves)
     lines: list[str] = []
@@ -421,9 +415,7 @@ def joint_directions(
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """How the joints move along the paths.
 
-    Returns
-    -------
-    (n, m) dq/ds at the start, slides X, Y, Z first (where the tip goes straight or in an arc: the tip), then the rotary joints;
+    Gives (n, m) dq/ds at the start, slides X, Y, Z first (where the tip goes straight or in an arc: the tip), then rotary joints;
     (m,) their accelerations, inf without a limit; (n,) rad that a tip at rest turns, 0 elsewhere; of arcs whose plane or tool
     leans (n, 3) directions of the tip at the end, else NaN, and (n, 4) 1/mm largest curvature of X, Y, Z and the tip, else 0.
     """

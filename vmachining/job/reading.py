@@ -50,7 +50,7 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
     options["subroutines"] = (job.program_path.parent, *(job.folder / name for name in keys.subroutines))
     program = read_program(path, **options)
     if not program.data.strip():
-        raise NCError("the program is empty", file=str(path), line=1, remedy="is it the right file?")
+        raise NCError("the program is empty", file=path, line=1, remedy="is it the right file?")
     _refuse_axes(program, job)
     program.require_clean(allow=NO_END)
     refuse_unread(program)

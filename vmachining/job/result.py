@@ -14,16 +14,15 @@ from vmachining.engagement import Engagement
 from vmachining.engagement.along import Sweeps
 from vmachining.engines.protocol import Engine, StockSurface
 from vmachining.errors import EngineError
+from vmachining.htmltable import facts_html, table_html
 from vmachining.interval import Interval
 from vmachining.job.brep import blank, refuse_beyond, write_step
 from vmachining.job.engage import EdgeKind, Method, Scene
 from vmachining.job.files import STAGES, TABLES, Scratch, between, make_folder, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
-from vmachining.job.record import refuse_other_job
+from vmachining.job.record import Spent, refuse_other_job
 from vmachining.job.schedule import ScheduleReport
-from vmachining.job.shown import result_html
-from vmachining.job.spent import Spent
 from vmachining.job.stock import write_stock
 from vmachining.job.store import keep_stages, together
 from vmachining.job.toolpath import Toolpath
@@ -81,7 +80,6 @@ class RunResult:
         )
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the sums, and the head of the table."""
         return result_html(self)
 
     def account(self) -> None:
@@ -255,3 +253,38 @@ class RunResult:
             "files": {name: place.manifest["files"][name] for name in made},
         }  # fmt: skip
         place.save()
+
+
+HEAD = (
+    "block", "line", "text", "tool", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "proven", "time_s",
+    "warning",
+)  # fmt: skip
+ROWS = 5
+
+
+def how_sure(summary: Mapping[str, Any]) -> str:
+    """Whether the interval of the total is proven, and how many blocks are only stated."""
+    stated = summary["stated_blocks"]
+    word = "proven" if summary["proven"] else "stated, not proven"
+    return f"{word} ({stated} of {summary['blocks']} blocks are stated)" if stated else word
+
+
+def result_html(result: RunResult) -> str:
+    """Sums of a run, and the head of its table."""
+    s = result.summary
+    facts = [
+        ("removed", f"{s['removed_mm3']:.6g} mm³, between {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm³, "
+         f"{how_sure(s)}"),
+        ("stock", f"{s['stock_mm3']:.6g} mm³, then {s['final_mm3']:.6g} mm³"),
+        ("time", f"{s['time_s']:.2f} s of the program"),
+    ]  # fmt: skip
+    if s["scheduled_time_s"] is not None:
+        facts.append(("scheduled", f"{s['scheduled_time_s']:.2f} s"))
+    if s["brep"]["asked"]:
+        facts.append(("B-rep", ", ".join(f"{count} {word}" for word, count in s["brep"].items())))
+    facts.append(("warnings", str(s["warnings"])))
+    head = result.blocks.select(HEAD).head(ROWS)
+    rows = list(head.iter_rows())
+    left = s["blocks"] - len(rows)
+    more = f"<p>and {left} more: <code>.blocks</code></p>" if left > 0 else ""
+    return facts_html(f"{result.job.name}: {s['blocks']} blocks", facts) + table_html(HEAD, rows) + more

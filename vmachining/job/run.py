@@ -112,10 +112,7 @@ def run_part(
 ) -> None:
     """One of several parts of a run: its shares of the workpiece, its chunks of contact. options : as those of `run`.
 
-    Raises
-    ------
-    InputError, Stopped, EngineError
-        See `run`.
+    Raises InputError, Stopped, EngineError: See `run`.
     """
     asked = RunOptions(**{"workers": 1} | options, part=part)
     with _working(Job.of(job), Path(out), asked, progress, stop, lock) as work:

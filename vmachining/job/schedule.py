@@ -16,9 +16,9 @@ import polars as pl
 
 from vmachining.arrays import Floats
 from vmachining.feed import Limit
-from vmachining.job.blocks import Block
 from vmachining.job.model import Feed
 from vmachining.job.strategies import Planned
+from vmachining.job.toolpath import Block
 from vmachining.job.verified import owners
 from vmachining.nc import Rewritten
 
@@ -98,7 +98,6 @@ def sample_count(feed: Feed, length_mm: float) -> int:
 
 
 def reference_words(feed: Feed) -> str:
-    """What the reference of a schedule is."""
     if not isinstance(feed.reference, str):
         return "given in the job"
     piece = f"part of a block (one of up to {MAX_SAMPLES})" if feed.insert_blocks else "block"
@@ -136,14 +135,9 @@ def compare(
 ) -> tuple[pl.DataFrame, ScheduleReport]:
     """Rows of the rewritten program grouped to the original blocks.
 
-    Returns
-    -------
-    columns block, scheduled_feed_mm_min, scheduled_time_s, note; and the report.
+    Returns columns block, scheduled_feed_mm_min, scheduled_time_s, note; and the report.
 
-    Raises
-    ------
-    FeedError
-        The written program does not run through the original blocks: a bug, never a user's fault.
+    Raises FeedError: The written program does not run through the original blocks: a bug, never a user's fault.
     """
     schedule = planned.schedule
     owner = owners(written, after["line"].to_list(), blocks)

@@ -48,15 +48,10 @@ MARGIN = 0.15
 def section_table(scene: Scene, found: pl.DataFrame, angle_deg: float) -> pl.DataFrame:
     """What a picture of the section needs; see the module and `SECTION_COLUMNS`.
 
-    Parameters
-    ----------
     found : rows of `Engagement.table` of positions of one program, in their order.
     angle_deg : from the feed, 90 straight ahead; the angle of the grid that is nearest is taken.
 
-    Raises
-    ------
-    InputError
-        Nothing is engaged at that angle, or the feed goes along the axis everywhere.
+    Raises InputError: Nothing is engaged at that angle, or the feed goes along the axis everywhere.
     """
     engaged = found.filter(pl.col("phi_feed_deg").is_not_null() & (pl.col("length_mm") > 0.0))
     away = ((pl.col("phi_feed_deg") - angle_deg + 180.0) % 360.0 - 180.0).abs()

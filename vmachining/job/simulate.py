@@ -12,12 +12,11 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.protocol import NOTHING, Removal
-from vmachining.job.blocks import Block
 from vmachining.job.contact import Contacts, Found, ToolParts
 from vmachining.job.executor import Executor, Later
 from vmachining.job.paths import CutterPath, ends
 from vmachining.job.table import RowFile
-from vmachining.job.toolpath import Toolpath
+from vmachining.job.toolpath import Block, Toolpath
 from vmachining.job.total import ENDS
 from vmachining.nc import Motion
 from vmachining.progress import Progress

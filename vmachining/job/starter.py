@@ -88,25 +88,19 @@ def draft_job(
 ) -> Draft:
     """The job file of a program, as it would lie in `folder`.
 
-    Parameters
-    ----------
     dialect : None: recognised. units : "mm" or "inch", where the program names none. library : tools, in a format of
         `vmachining.nc.toollibrary`; comments of the program say what it does not. tools : such as "3=ball:10", which
         are taken before both.
 
-    Raises
-    ------
-    NCError
-        The program cannot be read, is written for another control, or has no feed motion.
-    InputError
-        `tools` in another form, or of numbers that the program does not have.
+    Raises NCError: The program cannot be read, is written for another control, or has no feed motion.
+    Raises InputError: `tools` in another form, or of numbers that the program does not have.
     """
     own = parse_tools(tools)
     try:
         with program.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as exc:
-        raise NCError(f"cannot read the program: {exc.strerror or exc}", file=str(program)) from exc
+        raise NCError(f"cannot read the program: {exc.strerror or exc}", file=program) from exc
     lines = split_lines(decode_program(data, str(program)))
     options = {"rotary": "ABC", "subroutines": (program.parent,), "units": units}
     read, tables, entry = read_with_tools(data, program, lines, dialect, options, library, own)
@@ -120,7 +114,7 @@ def draft_job(
         if read.errors:
             read.require_clean()
         refuse_unread(read)
-        raise NCError("no feed motion: nothing is cut", file=str(program), remedy="is it the right file?")
+        raise NCError("no feed motion: nothing is cut", file=program, remedy="is it the right file?")
     if strange := sorted(set(own) - set(tables)):
         known = ", ".join(map(str, sorted({move.tool or 1 for move in cutting})))
         raise InputError(
@@ -171,12 +165,10 @@ class _Writer:
         self.lines = lines
 
     def guess(self, line: str, why: str) -> str:
-        """A line that is a guess."""
         self.guesses.append(f"{line.strip()}: {why}")
         return f"{line}   # {GUESS}: {why}"
 
     def missing(self, line: str, why: str) -> str:
-        """A line that the user has to fill in."""
         self.open.append(why)
         return f"# {line}   # {OPEN}: {why}"
 
@@ -234,7 +226,6 @@ class _Writer:
         return f"{line}   # of the stock and of home; as in the program"
 
     def program_table(self) -> list[str]:
-        """[program]"""
         out = ["[program]", f"file = {_text(os.path.relpath(self.path, self.folder))}"]
         out.append(f'dialect = "{self.program.dialect}"')
         if self.program.declared.inferred:
@@ -253,7 +244,6 @@ class _Writer:
         return [*out, *(f"# a run refuses this program: {error}" for error in self.errors[:3])]
 
     def machine_table(self) -> list[str]:
-        """[machine]"""
         out = ["[machine]"]
         if self.presets:
             others = ", ".join(self.presets[1:5])
@@ -354,7 +344,6 @@ class _Writer:
         ]
 
     def tool_table(self, number: int, low: Floats, high: Floats) -> list[str]:
-        """[[tools]]"""
         note = self.notes.get(number)
         out = ["[[tools]]", f"number = {number}"]
         if note is not None:
@@ -460,7 +449,6 @@ class _Writer:
         return [self.guess('type = "flat"', said), size]
 
     def rest(self) -> list[str]:
-        """What may be added."""
         return [
             "# [feed]                # a schedule: feeds by load, written to scheduled.nc and simulated again",
             '# strategy = "volume"',

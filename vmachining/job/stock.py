@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import json
 import zipfile
+from dataclasses import replace
+from math import radians
 from pathlib import Path
 
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
+from vmachining.engines import engine_class
+from vmachining.engines.protocol import Engine, Options
+from vmachining.engines.settings import VectorSettings
 from vmachining.errors import InputError, StockError
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
+from vmachining.job.model import Vectors
 from vmachining.job.twofold import twofold_from
 from vmachining.stock import (
     BoxStock,
@@ -143,7 +149,7 @@ def _refuse_overlap(stock: MeshStock, path: Path) -> None:
         if len(real) and (real.max() > 1 or real.min() < 0):
             raise StockError(
                 f"the surface passes through itself, or solids overlap, at x {x:.4g} y {y:.4g} mm",
-                file=str(path),
+                file=path,
                 remedy="join the solids into one and export it again",
             )
 
@@ -265,3 +271,45 @@ def _write_3mf(path: Path, vertices: Floats, triangles: Ints, block: Ints | None
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as package:
         for name, text in parts.items():
             package.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)
+
+
+def vector_settings(job: Job) -> VectorSettings:
+    """What a job asks of discrete vectors.
+
+    Raises InputError: Lengths or angles that do not go together, or an error above the radius of the smallest tool.
+    """
+    from vmachining.engines.vectors import spacing_for
+
+    keys = job.keys.vectors or Vectors()
+    spacing = keys.spacing_mm
+    if keys.error_mm is not None:
+        spacing = spacing_for(keys.error_mm, min(tool.profile.max_radius for tool in job.tools.values()))
+    return VectorSettings(
+        mode=keys.mode, pitch=keys.pitch_mm, spacing=spacing,
+        theta_v=None if keys.theta_v_deg is None else radians(keys.theta_v_deg), theta_sharp=radians(keys.theta_sharp_deg),
+        allowance=keys.allowance_mm, depth=keys.depth_mm, casting=keys.casting_mm,
+    )  # fmt: skip
+
+
+def raw_engine(job: Job, name: str, stock: Stock) -> Engine:
+    """The workpiece before the first block, with what the job asks of the engine `name`.
+
+    Raises InputError: No such engine, or it takes neither the stock nor what is asked.
+    """
+    keys = job.keys.accuracy
+    asked = Options(
+        chord=keys.chord_mm, width=keys.width, width_mm3=keys.width_mm3, spacing=keys.spacing_mm,
+        directions=keys.directions,
+    )  # fmt: skip
+    if name != "vectors":
+        return engine_class(name).of(stock, asked)
+    try:
+        asked = replace(asked, design=design_mesh(job), vectors=vector_settings(job))
+        return engine_class(name).of(stock, asked)
+    except InputError as exc:
+        if exc.file is not None:
+            raise
+        # of the engine, which knows no files
+        table = "vectors" if job.keys.vectors is not None and not isinstance(exc, StockError) else "design"
+        place = job.where(table) if job.keys.design is not None else job.where()
+        raise type(exc)(exc.message, **place, remedy=exc.remedy) from exc

@@ -56,7 +56,7 @@ def refuse_other_options(
     if changes:
         raise JobError(
             f"the {'finished' if ended else 'interrupted'} run had other options: {', '.join(changes)}",
-            file=str(file),
+            file=file,
             remedy="continue with the old ones, choose another --out, or run again without --resume, which replaces it",
         )
 
@@ -229,7 +229,7 @@ def _reopen(place: ResultFolder, manifest: Mapping[str, Any]) -> None:
             if strange := [name for name in names if name not in WORKING and not PATTERN.fullmatch(name)]:
                 raise JobError(
                     f"holds {strange[0]!r}, which no run writes",
-                    file=str(archive),
+                    file=archive,
                     remedy="run again without --resume",
                 )
             with place.making(*names):
@@ -241,7 +241,7 @@ def _reopen(place: ResultFolder, manifest: Mapping[str, Any]) -> None:
                     ):
                         shutil.copyfileobj(source, sink)
     except (BadZipFile, EOFError) as exc:
-        raise JobError(f"is damaged ({exc})", file=str(archive), remedy="run again without --resume") from exc
+        raise JobError(f"is damaged ({exc})", file=archive, remedy="run again without --resume") from exc
 
 
 def together(earlier: Mapping[str, Any] | None, name: str, asked: Iterable[Any]) -> tuple[Any, ...]:

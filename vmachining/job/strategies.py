@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,13 +28,11 @@ from vmachining.feed import (
     sampled,
     schedulable,
 )
-from vmachining.job.blocks import Block
 from vmachining.job.model import Feed
 from vmachining.job.paths import end_axis
-from vmachining.job.references import by_reference
 from vmachining.job.stations import Stations
 from vmachining.job.table import read_samples
-from vmachining.job.toolpath import Toolpath
+from vmachining.job.toolpath import Block, Toolpath
 from vmachining.nc import Motion, Program
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -66,6 +66,16 @@ class Planned:
     notes: dict[int, str]
     infeasible: str | None = None
     references: pl.DataFrame | None = None
+
+    def divided(
+        self, owner: Ints, table: pl.DataFrame, line: Sequence[int] | Ints, feed: Floats
+    ) -> FeedBlocks:
+        """The rows of a program made of this one. owner : (m,) its blocks here. table : lengths and volumes of them."""
+        rows = self.rows
+        return FeedBlocks(
+            line=line, kind=rows.kind[owner], length_mm=table["length_mm"].to_numpy(), feed_mm_min=feed,
+            volume_mm3=table["removed_mm3"].to_numpy(), volume_hi_mm3=table["removed_hi_mm3"].to_numpy(), tool=rows.groups[owner],
+        )  # fmt: skip
 
     def with_schedule(self, name: str, schedule: Schedule) -> Planned:
         """The same with another schedule of the strategy that was requested."""
@@ -285,12 +295,7 @@ def compared(
     some = next(iter(plans.values()))
     table = [row_of(feed, PROGRAMMED, None, loads_of(rows, known, rows.feed_mm_min), some.total_old_time_s)]
     for name, schedule in plans.items():
-        loads = {
-            load: _load(rows, known[load], _at_parts(schedule, known[load].parts))
-            if load in known
-            else (None, None)
-            for load in LOADS
-        }
+        loads = _loads(rows, known, partial(_at_parts, schedule))
         table.append(row_of(feed, name, schedule, loads, schedule.total_time_s))
     return pl.DataFrame(table, infer_schema_length=None)
 
@@ -307,15 +312,10 @@ def row_of(
 ) -> dict[str, object]:
     """One row of the comparison, see `compared`."""
     row: dict[str, object] = {
-        "strategy": name,
-        "asked_for": name == feed.strategy,
-        "reference": None if schedule is None else schedule.reference,
-        "unit": None if schedule is None else schedule.unit,
-        "judged": judged,
-        "time_s": seconds,
-        "machine_time_s": machine_s,
+        "strategy": name, "asked_for": name == feed.strategy, "reference": None if schedule is None else schedule.reference,
+        "unit": None if schedule is None else schedule.unit, "judged": judged, "time_s": seconds, "machine_time_s": machine_s,
         "inserted": 0 if schedule is None else schedule.inserted,
-    }
+    }  # fmt: skip
     for load, (peak, spread) in loads.items():
         row |= {f"{load}_peak": peak, f"{load}_spread": spread}
     return row
@@ -323,10 +323,13 @@ def row_of(
 
 def loads_of(rows: FeedBlocks, known: dict[str, Strategy], feed_mm_min: Floats) -> Loads:
     """All loads at (n,) feeds of whole blocks."""
+    return _loads(rows, known, lambda parts: feed_mm_min[parts.block])
+
+
+def _loads(rows: FeedBlocks, known: dict[str, Strategy], feeds: Callable[[Parts], Floats]) -> Loads:
+    """All loads; feeds : (m,) mm/min of their parts."""
     return {
-        load: _load(rows, known[load], feed_mm_min[known[load].parts.block])
-        if load in known
-        else (None, None)
+        load: _load(rows, known[load], feeds(known[load].parts)) if load in known else (None, None)
         for load in LOADS
     }
 
@@ -353,3 +356,59 @@ def _load(rows: FeedBlocks, strategy: Strategy, feed: Floats) -> tuple[float | N
     mean = float((load * time).sum() / time.sum())
     spread = float(np.sqrt(((load - mean) ** 2 * time).sum() / time.sum()))
     return float(load.max()), spread / mean if mean > 0 else 0.0
+
+
+def by_reference(
+    feed: Feed, rows: FeedBlocks, strategy: Strategy, limits: FeedLimits, chosen: Schedule
+) -> pl.DataFrame | None:
+    """Feeds by every reference of `feed.references`, as programmed and as written beside them; None without such.
+
+    Columns reference (null: as programmed), written, unit, block, end (share of the block's path), length_mm, feed_mm_min, time_s
+    and load, the largest within; one row per block, and per inserted block of a schedule that divides.
+    Raises FeedError: As `plan_feeds`.
+    """
+    if not feed.references:
+        return None
+    division = dict(rule=feed.rule, **feed.division)
+    plans = {
+        value: plan_feeds(rows, strategy, limits, reference=value, **division)
+        for value in sorted(set(feed.references))
+    }
+    n = len(rows)
+    tables = [_table(None, False, chosen, strategy, np.arange(n), np.ones(n), rows.feed_mm_min)]
+    for value, plan, written in (
+        *((v, p, False) for v, p in plans.items()),
+        (chosen.reference, chosen, True),
+    ):
+        tables.append(
+            _table(value, written, plan, strategy, plan.sub_block, plan.sub_end, plan.sub_feed_mm_min)
+        )
+    return pl.concat(tables)
+
+
+def _table(
+    reference: float | None,
+    written: bool,
+    plan: Schedule,
+    strategy: Strategy,
+    block: Ints,
+    end: Floats,
+    feed: Floats,
+) -> pl.DataFrame:
+    """Rows of pieces that end at `end` (m,) of `block` (m,)."""
+    parts = strategy.parts
+    start = np.where(np.diff(block, prepend=-1) != 0, 0.0, np.concatenate([[0.0], end[:-1]])[: len(end)])
+    first = np.searchsorted(parts.block + parts.end, block + start, side="right")
+    owner = np.repeat(np.arange(len(block)), np.diff(np.append(first, len(parts.end))))
+    known = np.where(feed > 0.0, feed, 0.0)
+    load = np.zeros(len(block))
+    np.maximum.at(load, owner, strategy.loads(known[owner]))
+    length = (end - start) * plan.blocks.length_mm[block]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        seconds = np.where(length > 0.0, 60.0 * length / feed, 0.0)
+    return pl.DataFrame(
+        {
+            "reference": pl.Series([reference] * len(block), dtype=pl.Float64), "written": written, "unit": plan.unit,
+            "block": block, "end": end, "length_mm": length, "feed_mm_min": feed, "time_s": seconds, "load": load,
+        }
+    ).with_columns(pl.col("feed_mm_min", "time_s").fill_nan(None))  # fmt: skip

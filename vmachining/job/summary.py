@@ -1,19 +1,24 @@
-"""`run_summary`: what summary.json says of a run, totals with their brackets first."""
+"""`run_summary`: what summary.json says of a run, totals with their brackets first; what a user has to know beside its numbers:
+warnings of the program by line, and of the job at once."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from vmachining.errors import JobError
 from vmachining.job.brep import JUDGED
-from vmachining.job.notes import guesses, job_notes, slack_of
+from vmachining.job.jobfile import Job
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import kept_words
-from vmachining.job.time_words import times_summary
-from vmachining.job.timing import MoveTimes, machine_limits
+from vmachining.job.timing import MoveTimes, machine_limits, times_summary
+from vmachining.job.toolpath import Toolpath, program_lines
 from vmachining.job.total import Total
 from vmachining.machine import described
+from vmachining.nc import Program
 from vmachining.stock import BoxStock, StepStock, Stock
+from vmachining.textfile import read_text
 
 if TYPE_CHECKING:
     import polars as pl
@@ -51,27 +56,16 @@ def run_summary(
     )
     removed, final = total.removed, total.final
     summary: dict[str, Any] = {
-        "blocks": len(rows),
-        "removed_mm3": removed.estimate,
-        "removed_lo_mm3": removed.lo,
-        "removed_hi_mm3": removed.hi,
-        "proven": removed.proven,
-        "stated_blocks": int((~rows["proven"]).sum()),
-        "stock_mm3": result.stock.stock_volume.estimate,
-        "final_mm3": final.estimate,
-        "final_lo_mm3": final.lo,
-        "final_hi_mm3": final.hi,
-        "time_s": float(times.seconds.sum()),
-        "scheduled_time_s": None if after is None else float(after.seconds.sum()),
-        "ideal_time_s": float(times.ideal_s.sum()),
+        "blocks": len(rows), "removed_mm3": removed.estimate, "removed_lo_mm3": removed.lo, "removed_hi_mm3": removed.hi,
+        "proven": removed.proven, "stated_blocks": int((~rows["proven"]).sum()),
+        "stock_mm3": result.stock.stock_volume.estimate, "final_mm3": final.estimate, "final_lo_mm3": final.lo,
+        "final_hi_mm3": final.hi, "time_s": float(times.seconds.sum()),
+        "scheduled_time_s": None if after is None else float(after.seconds.sum()), "ideal_time_s": float(times.ideal_s.sum()),
         "scheduled_ideal_time_s": None if after is None else float(after.ideal_s.sum()),
-        "times": times_summary(result.toolpath, times, machine_limits(result.job), after),
-        "brackets": result.stock.proof,
-        "brep": dict(NO_BREP),
-        "warnings": int(rows["warning"].count()) + len(result.findings),
-        "seconds": 0.0,
+        "times": times_summary(result.toolpath, times, machine_limits(result.job), after), "brackets": result.stock.proof,
+        "brep": dict(NO_BREP), "warnings": int(rows["warning"].count()) + len(result.findings), "seconds": 0.0,
         "peak_mb": 0.0,
-    }
+    }  # fmt: skip
     summary["notes"] = job_notes(stock, options["chord_mm"])
     summary["guesses"] = guesses(result.job)
     if total.note is not None:
@@ -115,3 +109,50 @@ def _widths(rows: pl.DataFrame, options: Mapping[str, Any]) -> dict[str, Any]:
         "width": asked, "width_mm3": floor, "wider_blocks": int(missed.sum()),
         "blocks_by_mesh": int((~by_columns).sum()),
     }  # fmt: skip
+
+
+def slack_of(stock: Stock) -> float:
+    """mm^3 between a STEP stock and its triangles; 0 for the others."""
+    return stock.slack_mm3 if isinstance(stock, StepStock) else 0.0
+
+
+def guesses(job: Job) -> list[str]:
+    """Lines of a drafted job file that nobody has confirmed, each with its reason."""
+    source = job.inputs.get("job")
+    if source is None:
+        return []
+    found = re.findall(
+        r"^(?![ \t]*#)(.*?)[ ]+# GUESS: (.*)$", read_text(source, "job file", JobError), re.MULTILINE
+    )
+    return [f"{line.strip()}: {why}" for line, why in found]
+
+
+def job_notes(stock: Stock, chord: float) -> list[str]:
+    """What must be known of all numbers at once."""
+    if (slack := slack_of(stock)) <= 0.0:
+        return []
+    return [
+        f"curved faces of the STEP stock are triangulated within {chord:g} mm: any removed volume can be off by up "
+        f"to {slack:.3g} mm3; the totals include that, the brackets of single blocks do not"
+    ]
+
+
+def notes_of(program: Program) -> dict[int, str]:
+    """Warnings of the program by line."""
+    notes: dict[int, str] = {}
+    for finding in program.findings:
+        if finding.severity == "W":
+            text = f"{finding.code} {finding.message}".strip()
+            notes[finding.line] = f"{notes[finding.line]}; {text}" if finding.line in notes else text
+    return notes
+
+
+def quiet_findings(toolpath: Toolpath) -> list[tuple[int, str, str]]:
+    """Warnings on lines that have no row."""
+    moving = {block.line for block in toolpath.blocks}
+    lines = program_lines(toolpath.program)
+    return [
+        (line, lines[line - 1].strip() if line <= len(lines) else "", text)
+        for line, text in sorted(notes_of(toolpath.program).items())
+        if line not in moving
+    ]

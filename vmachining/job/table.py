@@ -25,94 +25,56 @@ from vmachining.arrays import Floats
 from vmachining.errors import JobError
 from vmachining.job.files import atomic_path, writing
 
-COLUMNS: dict[str, type[pl.DataType]] = {
-    "block": pl.Int64,
-    "line": pl.Int64,
-    "text": pl.String,
-    "tool": pl.Int64,
-    "motion": pl.String,
-    "x_mm": pl.Float64,
-    "y_mm": pl.Float64,
-    "z_mm": pl.Float64,
-    "i": pl.Float64,
-    "j": pl.Float64,
-    "k": pl.Float64,
-    "length_mm": pl.Float64,
-    "feed_mm_min": pl.Float64,
-    "time_s": pl.Float64,
-    "removed_mm3": pl.Float64,
-    "removed_lo_mm3": pl.Float64,
-    "removed_hi_mm3": pl.Float64,
-    "engine": pl.String,
-    "removed_brep_mm3": pl.Float64,
-    "removed_brep_error_mm3": pl.Float64,
-    "brep_attempt": pl.String,
-    "brep_status": pl.String,
-    "removed_dexel_mm3": pl.Float64,
-    "removed_dexel_lo_mm3": pl.Float64,
-    "removed_dexel_hi_mm3": pl.Float64,
-    "mrr_mm3_min": pl.Float64,
-    "ae_mm": pl.Float64,
-    "ap_mm": pl.Float64,
-    "engaged_fraction": pl.Float64,
-    "chip_area_mm2": pl.Float64,
-    "chip_thickness_mm": pl.Float64,
-    "force_n": pl.Float64,
-    "power_w": pl.Float64,
-    "scheduled_feed_mm_min": pl.Float64,
-    "scheduled_time_s": pl.Float64,
-    "proven": pl.Boolean,
-    "planned_fraction": pl.Float64,
-    "spindle_rpm": pl.Float64,
-    "coolant": pl.String,
-    "warning": pl.String,
-}
-"""The schema of `blocks`; what this version does not compute stays empty."""
+COLUMNS_MEAN: dict[str, tuple[type[pl.DataType], str]] = {
+    "block": (pl.Int64, "number of the block, from 0, in program order"),
+    "line": (pl.Int64, "line of the program"),
+    "text": (pl.String, "that line as it is written"),
+    "tool": (pl.Int64, "tool number"),
+    "motion": (pl.String, "rapid, linear, arc_cw, arc_ccw or cycle"),
+    "x_mm": (pl.Float64, "tool tip at the end of the block, work coordinates"),
+    "y_mm": (pl.Float64, "tool tip at the end of the block, work coordinates"),
+    "z_mm": (pl.Float64, "tool tip at the end of the block, work coordinates"),
+    "i": (pl.Float64, "tool axis at the end of the block, from tip to spindle"),
+    "j": (pl.Float64, "tool axis at the end of the block"),
+    "k": (pl.Float64, "tool axis at the end of the block"),
+    "length_mm": (pl.Float64, "path of the tool tip"),
+    "feed_mm_min": (pl.Float64, "programmed feed along the path"),
+    "time_s": (pl.Float64, "time of the block within the limits of the machine, dwells included"),
+    "removed_mm3": (pl.Float64,
+        "estimate of the volume that the cutter removes: with columns the middle of what was found, so the truth is as likely "
+        "near an end of the interval; the sum of all blocks lies in the bracket of the total"),
+    "removed_lo_mm3": (pl.Float64, "lower end of its interval, a bound where `proven` is true; rapids remove 0 by definition"),
+    "removed_hi_mm3": (pl.Float64, "upper end of it"),
+    "engine": (pl.String, "engine whose interval this is"),
+    "removed_brep_mm3": (pl.Float64, "the same by OCCT booleans of B-rep solids, where asked for and inside the interval"),
+    "removed_brep_error_mm3": (pl.Float64, "how far removed_brep_mm3 is from the truth at most"),
+    "brep_attempt": (pl.String, "which way of asking OCCT agreed: number and name"),
+    "brep_status": (pl.String,
+        "agreed (first attempt), retried (later one), refused, disputed (engines exclude each other) or skipped"),
+    "removed_dexel_mm3": (pl.Float64, "the same by exact rays, where asked for"),
+    "removed_dexel_lo_mm3": (pl.Float64, "lower end of an interval of stated confidence around it, which is not a bound"),
+    "removed_dexel_hi_mm3": (pl.Float64, "upper end of that interval"),
+    "mrr_mm3_min": (pl.Float64, "material removal rate: removed_mm3 over time_s"),
+    "ae_mm": (pl.Float64, "radial depth of what cuts, largest along the block; 0 below 1e-4 mm (a touch), empty in a plunge"),
+    "ap_mm": (pl.Float64, "axial depth of what cuts, below what earlier blocks have left, largest along the block"),
+    "engaged_fraction": (pl.Float64, "share of a revolution in which an edge is engaged"),
+    "chip_area_mm2": (pl.Float64, "largest chip area of one tooth, needs flutes and a spindle speed"),
+    "chip_thickness_mm": (pl.Float64, "largest undeformed chip thickness, needs flutes and a spindle speed"),
+    "force_n": (pl.Float64, "largest resultant force of all teeth on the tool, needs [force]"),
+    "power_w": (pl.Float64, "mean power at the cutter over a revolution, largest along the block, needs [force]"),
+    "scheduled_feed_mm_min": (pl.Float64, "feed of the rewritten program, needs [feed]"),
+    "scheduled_time_s": (pl.Float64, "time of the block in the rewritten program"),
+    "proven": (pl.Boolean,
+        "whether both ends of the interval are proven bounds; false: stated, or resting on a step that is not proven"),
+    "planned_fraction": (pl.Float64, "share of a revolution with a chip above 1 % of the largest, which plans should rest on"),
+    "spindle_rpm": (pl.Float64, "spindle speed at the end of the block: + M3, - M4, 0 stopped"),
+    "coolant": (pl.String, "mist, flood, mist and flood, or empty"),
+    "warning": (pl.String, "what a machinist should know of this block"),
+}  # fmt: skip
+"""Every column of `blocks`: its type and what it holds; what this version does not compute stays empty."""
 
-MEANINGS: dict[str, str] = {
-    "block": "number of the block, from 0, in program order",
-    "line": "line of the program",
-    "text": "that line as it is written",
-    "tool": "tool number",
-    "motion": "rapid, linear, arc_cw, arc_ccw or cycle",
-    "x_mm": "tool tip at the end of the block, work coordinates",
-    "y_mm": "tool tip at the end of the block, work coordinates",
-    "z_mm": "tool tip at the end of the block, work coordinates",
-    "i": "tool axis at the end of the block, from tip to spindle",
-    "j": "tool axis at the end of the block",
-    "k": "tool axis at the end of the block",
-    "length_mm": "path of the tool tip",
-    "feed_mm_min": "programmed feed along the path",
-    "time_s": "time of the block within the limits of the machine, dwells included",
-    "removed_mm3": "estimate of the volume that the cutter removes: with columns the middle of what was found, so the truth "
-    "is as likely near an end of the interval; the sum of all blocks lies in the bracket of the total",
-    "removed_lo_mm3": "lower end of its interval, a bound where `proven` is true; rapids remove 0 by definition",
-    "removed_hi_mm3": "upper end of it",
-    "engine": "engine whose interval this is",
-    "removed_brep_mm3": "the same by OCCT booleans of B-rep solids, where asked for and inside the interval",
-    "removed_brep_error_mm3": "how far removed_brep_mm3 is from the truth at most",
-    "brep_attempt": "which way of asking OCCT agreed: number and name",
-    "brep_status": "agreed (first attempt), retried (later one), refused, disputed (engines exclude each other) or skipped",
-    "removed_dexel_mm3": "the same by exact rays, where asked for",
-    "removed_dexel_lo_mm3": "lower end of an interval of stated confidence around it, which is not a bound",
-    "removed_dexel_hi_mm3": "upper end of that interval",
-    "mrr_mm3_min": "material removal rate: removed_mm3 over time_s",
-    "ae_mm": "radial depth of what cuts, largest along the block; 0 below 1e-4 mm (a touch), empty in a plunge",
-    "ap_mm": "axial depth of what cuts, below what earlier blocks have left, largest along the block",
-    "engaged_fraction": "share of a revolution in which an edge is engaged",
-    "chip_area_mm2": "largest chip area of one tooth, needs flutes and a spindle speed",
-    "chip_thickness_mm": "largest undeformed chip thickness, needs flutes and a spindle speed",
-    "force_n": "largest resultant force of all teeth on the tool, needs [force]",
-    "power_w": "mean power at the cutter over a revolution, largest along the block, needs [force]",
-    "scheduled_feed_mm_min": "feed of the rewritten program, needs [feed]",
-    "scheduled_time_s": "time of the block in the rewritten program",
-    "proven": "whether both ends of the interval are proven bounds; false: stated, or resting on a step that is not proven",
-    "planned_fraction": "share of a revolution with a chip above 1 % of the largest, which plans should rest on",
-    "spindle_rpm": "spindle speed at the end of the block: + M3, - M4, 0 stopped",
-    "coolant": "mist, flood, mist and flood, or empty",
-    "warning": "what a machinist should know of this block",
-}
-"""What each column of `COLUMNS` holds; the reference pages are made of this."""
+COLUMNS = {name: kind for name, (kind, _) in COLUMNS_MEAN.items()}
+MEANINGS = {name: meaning for name, (_, meaning) in COLUMNS_MEAN.items()}
 
 OPINION = tuple(name for name in COLUMNS if "brep" in name or "dexel" in name)
 """Columns that other engines than the one that cuts fill in."""
@@ -193,13 +155,13 @@ class RowFile:
         with self.path.open("rb+") as file:
             if file.readline().decode("utf-8", "replace") != HEADER:
                 raise JobError(
-                    "was started by another version of vmachining, with other columns", file=str(self.path),
+                    "was started by another version of vmachining, with other columns", file=self.path,
                     remedy="run again without --resume",
                 )  # fmt: skip
             count = sum(line.endswith(b"\n") for line in islice(file, keep))
             if count != keep:
                 raise JobError(
-                    f"holds {count} blocks where the checkpoint has {keep}", file=str(self.path),
+                    f"holds {count} blocks where the checkpoint has {keep}", file=self.path,
                     remedy="run again without --resume",
                 )  # fmt: skip
             file.seek(0)
@@ -219,12 +181,10 @@ class RowFile:
             self._file.write(text)
 
     def flush(self) -> None:
-        """Hand everything to the operating system."""
         with writing(self.path):
             self._file.flush()
 
     def close(self) -> None:
-        """Flush and close."""
         with writing(self.path):
             self._file.close()
 
@@ -251,7 +211,6 @@ def _lazy(path: Path) -> pl.LazyFrame:
 
 
 def read_partial(path: Path, columns: Sequence[str] = tuple(COLUMNS)) -> pl.DataFrame:
-    """Some columns of the rows so far."""
     return _lazy(path).select(list(columns)).collect()
 
 
@@ -286,6 +245,18 @@ def _room(path: Path) -> Iterator[None]:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from exc
 
 
+def _joined(frame: pl.LazyFrame, more: pl.DataFrame, said: str | None) -> pl.LazyFrame:
+    """The table with columns of `COLUMNS` in place of its own; said : one that joins the warning, where it is not empty."""
+    names = [name for name in more.columns if name in COLUMNS and name != "block"]
+    added = more.lazy().select("block", *names, *filter(None, [said]))
+    frame = frame.drop(names).join(added, on="block", how="left", maintain_order="left")
+    if said is None:
+        return frame
+    told = pl.when(pl.col(said) != "").then(said)
+    both = pl.concat_str("warning", told, separator="; ", ignore_nulls=True)
+    return frame.with_columns(pl.when(both != "").then(both).alias("warning")).drop(said)
+
+
 def finish(
     partial: Path,
     folder: Path,
@@ -304,35 +275,16 @@ def finish(
     contact : columns block, those of `CONTACT`, and contact_note, which joins the warning; or None.
     estimates : columns block, and any of `COLUMNS` that take the place of those in the file; or None.
     """
-    frame = _lazy(partial).select(list(COLUMNS))
-    if estimates is not None:
-        frame = frame.drop(set(estimates.columns) - {"block"}).join(
-            estimates.lazy(), on="block", how="left", maintain_order="left"
-        )
-        frame = frame.select(list(COLUMNS))
-    if contact is not None:
-        frame = frame.drop(CONTACT).join(contact.lazy(), on="block", how="left", maintain_order="left")
-        said = pl.concat_str("warning", "contact_note", separator="; ", ignore_nulls=True)
-        frame = frame.with_columns(pl.when(said != "").then(said).alias("warning")).select(list(COLUMNS))
-    if scheduled is not None:
-        extra = ["scheduled_feed_mm_min", "scheduled_time_s"]
-        frame = frame.drop(extra).join(
-            scheduled.lazy().select(["block", *extra, "note"]), on="block", how="left", maintain_order="left"
-        )
-        said = pl.concat_str("warning", "note", separator="; ", ignore_nulls=True)
-        frame = frame.with_columns(pl.when(said != "").then(said).alias("warning"))
-        frame = frame.select(list(COLUMNS))
-    if opinion is not None:
-        frame = frame.drop(OPINION).join(
-            opinion.lazy().select(["block", *OPINION, "brep_note"]),
-            on="block",
-            how="left",
-            maintain_order="left",
-        )
-        said = pl.concat_str(
-            "warning", pl.when(pl.col("brep_note") != "").then("brep_note"), separator="; ", ignore_nulls=True
-        )
-        frame = frame.with_columns(pl.when(said != "").then(said).alias("warning")).select(list(COLUMNS))
+    frame = _lazy(partial)
+    for more, said in (
+        (estimates, None),
+        (contact, "contact_note"),
+        (scheduled, "note"),
+        (opinion, "brep_note"),
+    ):
+        if more is not None:
+            frame = _joined(frame, more, said)
+    frame = frame.select(list(COLUMNS))
     with atomic_path(folder / f"{stem}.parquet") as temporary, _room(temporary):
         frame.sink_parquet(temporary, row_group_size=ROW_GROUP)
     if not csv:

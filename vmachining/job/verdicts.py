@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from io import StringIO
 from pathlib import Path
-from types import TracebackType
 
 from vmachining.engines.brep import Status, Verdict
 from vmachining.engines.judges import Judge, intersection
@@ -65,9 +64,7 @@ class VerdictFile:
     def __enter__(self) -> VerdictFile:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
 

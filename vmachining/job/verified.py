@@ -20,8 +20,7 @@ import polars as pl
 
 from vmachining.arrays import Floats, Ints
 from vmachining.errors import FeedError
-from vmachining.feed import FeedBlocks, Schedule
-from vmachining.job.blocks import Block
+from vmachining.feed import Schedule
 from vmachining.job.files import PROGRAM_SUFFIX, write_atomic
 from vmachining.job.folder import ResultFolder
 from vmachining.job.jobfile import Job
@@ -31,7 +30,7 @@ from vmachining.job.reading import read_job_program
 from vmachining.job.stations import Stations
 from vmachining.job.strategies import PROGRAMMED, Planned, loads_of, row_of, strategies
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
-from vmachining.job.toolpath import Toolpath
+from vmachining.job.toolpath import Block, Toolpath
 from vmachining.nc import BlockEdit, Motion, Program, Rewritten, rewrite_feeds
 
 THERE = np.array([0.0, 0.4, 1.0])
@@ -62,7 +61,6 @@ class Written:
     times: MoveTimes
 
     def owners(self, blocks: Sequence[Block]) -> Ints:
-        """See `owners`."""
         return owners(self.text, [block.line for block in self.toolpath.blocks], blocks)
 
 
@@ -136,15 +134,7 @@ def verified(
         divided, table, stations = simulate()
         owner = divided.owners(blocks)
         pieces = _driven(divided.toolpath, owner)
-        rows = FeedBlocks(
-            line=rows.line[owner],
-            kind=rows.kind[owner],
-            length_mm=table["length_mm"].to_numpy(),
-            feed_mm_min=rows.feed_mm_min[owner],
-            volume_mm3=table["removed_mm3"].to_numpy(),
-            volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
-            tool=rows.groups[owner],
-        )
+        rows = planned.divided(owner, table, rows.line[owner], rows.feed_mm_min[owner])
     else:
         for program in programs.values():
             refuse_other_motions(original, program.toolpath)

@@ -143,8 +143,7 @@ def _field(path: KeyPath) -> FieldInfo | None:
         info = model.model_fields.get(part) if _is_model(model) else None
         if info is None:
             return None
-        options = [info.annotation, *getattr(info.annotation, "__args__", ())]
-        model = next((option for option in options if _is_model(option)), None)
+        model = _model_of(info)
     return info
 
 
@@ -153,9 +152,14 @@ def _known_keys(path: KeyPath) -> list[str]:
     if not [part for part in path if isinstance(part, str)]:
         return list(JobFile.model_fields)
     info = _field(path)
-    options = [] if info is None else [info.annotation, *getattr(info.annotation, "__args__", ())]
-    model = next((option for option in options if _is_model(option)), None)
+    model = None if info is None else _model_of(info)
     return list(model.model_fields) if model is not None else []
+
+
+def _model_of(info: FieldInfo) -> Any:
+    """The table that a key holds; None: it holds none."""
+    options = [info.annotation, *getattr(info.annotation, "__args__", ())]
+    return next((option for option in options if _is_model(option)), None)
 
 
 def _is_model(thing: Any) -> bool:

@@ -77,7 +77,6 @@ class EngagementComparison:
 
     @property
     def worst_mm(self) -> float:
-        """The largest error."""
         return float(self.angles["error_mm"].max() or 0.0)  # type: ignore[arg-type]  # a float column
 
     def worst(self, count: int = 10) -> pl.DataFrame:
@@ -87,7 +86,6 @@ class EngagementComparison:
 
     @property
     def verdict(self) -> str:
-        """One sentence, with the tolerance it rests on."""
         n = self.counts
         judged = n["inside"] + n["outside"] + n["missing"]
         tail = f"within {self.tolerance_mm:g} mm of the edge, the largest error is {self.worst_mm:.3g} mm"
@@ -99,7 +97,6 @@ class EngagementComparison:
         return f"disagrees: of {judged} angles {n['inside']} are {tail}; {said}"
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it as JSON takes it."""
         return {
             "agrees": self.agrees, "verdict": self.verdict, "results": self.results, "reference": self.reference,
             "tolerance_mm": self.tolerance_mm, **self.counts, "ignored": self.ignored,
@@ -166,25 +163,25 @@ def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[
     folder = Path(reference)
     if not folder.is_dir():
         raise InputError(
-            "not a directory" if folder.exists() else "no such directory", file=str(folder), remedy=NO_TABLE
+            "not a directory" if folder.exists() else "no such directory", file=folder, remedy=NO_TABLE
         )
     path = next(
         (folder / f"engagement.{s}" for s in ("parquet", "csv") if (folder / f"engagement.{s}").is_file()),
         None,
     )
     if path is None:
-        raise InputError("no table of engagement in it", file=str(folder), remedy=NO_TABLE)
+        raise InputError("no table of engagement in it", file=folder, remedy=NO_TABLE)
     files = (read_manifest(folder) or {}).get("files")
     if isinstance(files, dict) and files.get(path.name, "") != sha256(path):
         raise InputError(
-            "differs from the file that the pack was made with", file=str(path), remedy="fetch the pack again"
+            "differs from the file that the pack was made with", file=path, remedy="fetch the pack again"
         )
     if path.suffix == ".csv":
         return _gathered(Table.read(path, _chosen)), str(folder)
     try:
         table = pl.read_parquet(path)
     except (OSError, pl.exceptions.PolarsError) as exc:
-        raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=str(path)) from exc
+        raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=path) from exc
     return _gathered(Table.read(table, _chosen, str(path))), str(folder)
 
 
@@ -309,7 +306,6 @@ def _difference(one: Sequence[Interval], other: Sequence[Interval]) -> float:
 
 
 def _empty(value: Any) -> bool:
-    """An empty cell."""
     return value is None or (isinstance(value, str) and not value.strip())
 
 

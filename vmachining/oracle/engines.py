@@ -21,9 +21,8 @@ from vmachining.htmltable import facts_html
 from vmachining.job import Job, Stopped, run
 from vmachining.job.contact import ToolParts
 from vmachining.job.reading import read_job_program
-from vmachining.job.stock import raw_stock
+from vmachining.job.stock import raw_engine, raw_stock
 from vmachining.job.toolpath import Toolpath
-from vmachining.job.workpiece import raw_engine
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
@@ -57,7 +56,6 @@ class Answers:
 
     @property
     def has(self) -> Floats:
-        """(n,) bool: blocks with an answer."""
         return np.asarray(~np.isnan(self.estimate))
 
 
@@ -150,7 +148,6 @@ class EngineComparison:
         return pl.DataFrame(columns)
 
     def to_dict(self) -> dict[str, Any]:
-        """For --json."""
         return {
             "job": self.job, "agrees": self.agrees, "engines": self.summary(),
             "disagreements": self.disagreements, "blocks": self.table().to_dicts(),
@@ -295,14 +292,9 @@ def _by_brep(
     try:
         with TemporaryDirectory(prefix="vmachining-") as folder:
             result = run(
-                job,
-                engine="columns",
-                out=folder,
-                brep="all" if whole else ",".join(map(str, numbers)),
-                brep_seconds=seconds,
-                progress=progress,
-                stop=stop,
-            )
+                job, engine="columns", out=folder, brep="all" if whole else ",".join(map(str, numbers)), brep_seconds=seconds,
+                progress=progress, stop=stop,
+            )  # fmt: skip
             rows = result.blocks.select("block", "removed_brep_mm3", "removed_brep_error_mm3")
             times = pl.read_csv(Path(folder) / "brep.partial.csv").select("block", "seconds")
     except VMachiningError as error:

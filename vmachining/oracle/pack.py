@@ -50,14 +50,8 @@ COLUMNS[COLUMNS.index("warning") : COLUMNS.index("warning")] = [
 ]
 COLUMNS[COLUMNS.index("i") + 1 : COLUMNS.index("length_mm")] = ["j", "k"]
 LEFT_OUT = (
-    "seconds",
-    "stage_seconds",
-    "peak_mb",
-    "time_s",
-    "scheduled_time_s",
-    "ideal_time_s",
-    "scheduled_ideal_time_s",
-)
+    "seconds", "stage_seconds", "peak_mb", "time_s", "scheduled_time_s", "ideal_time_s", "scheduled_ideal_time_s",
+)  # fmt: skip
 """Keys of a summary that tell about the machine, or about feeds, which a pack is not about."""
 
 STATIONS, MOST_STATIONS, ANGLES = 10, 10_000, 36
@@ -266,15 +260,15 @@ def _refuse_other_files(folder: Path, ours: set[str]) -> None:
     """Refuse a directory that holds more than `ours` and is not a pack, and what is not a directory."""
     there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not there.is_dir():
-        raise InputError("is a file, not a directory", file=str(there), remedy="choose another --out")
+        raise InputError("is a file, not a directory", file=there, remedy="choose another --out")
     if not folder.is_dir() or not {path.name for path in folder.iterdir()} - ours - {LOCK_FILE}:
         return
     manifest = read_manifest(folder)
     if manifest is None or manifest.get("kind") != KIND:
-        raise InputError("holds other files", file=str(folder), remedy="choose a new directory by --out")
+        raise InputError("holds other files", file=folder, remedy="choose a new directory by --out")
     if not isinstance(manifest.get("files"), dict):
         raise InputError(
-            "this manifest of a pack lists no files", file=str(folder / MANIFEST),
+            "this manifest of a pack lists no files", file=folder / MANIFEST,
             remedy="choose a new directory by --out",
         )  # fmt: skip
 
@@ -325,7 +319,7 @@ def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
     copy = "".join(lines)
     if tomllib.loads(copy) != wanted:
         raise JobError(
-            "the names of its input files cannot be shortened", file=str(job.source),
+            "the names of its input files cannot be shortened", file=job.source,
             remedy="put program and stock beside the job file",
         )  # fmt: skip
     return {"job.toml": copy.encode(), **files}, told

@@ -120,7 +120,6 @@ only the flutes' body of revolution cuts. This makes the folder again:
 
 
 def _edge() -> str:
-    """The part about engagement."""
     columns = "\n".join(f"| `{column}` | {text} |" for column, text in ENGAGEMENT_MEAN.items())
     return f"""
 ## Columns of `engagement`

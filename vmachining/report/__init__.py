@@ -10,9 +10,8 @@
 |---|---|
 | `payload.py` | one compressed container of bounded size |
 | `thin.py` | vertex clustering of a coloured mesh, thinning of long series |
-| `page.py` | `write_report(result, path)` |
+| `page.py` | `write_report(result, path)`; where loads peak, the most loaded blocks, the comparison of strategies |
 | `contact_map.py` | contact, chip and force of some blocks, for the page to draw |
-| `contact.py` | where loads peak, the most loaded blocks, the comparison of strategies |
 | `comparison.py` | two results beside each other, matched by where their motions end |
 | `trust.py` | sentences about what is known and what is not |
 | `design.py` | how far the finished surface is from the design |

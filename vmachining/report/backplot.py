@@ -8,7 +8,7 @@ from vmachining.job import Job
 from vmachining.job.files import write_atomic
 from vmachining.job.reading import read_job_program
 from vmachining.job.toolpath import Toolpath
-from vmachining.report.numbers import number, plural
+from vmachining.report.numbers import chip, number, plural
 from vmachining.report.page import rendered
 from vmachining.report.payload import path_payload
 
@@ -43,8 +43,8 @@ def _page(toolpath: Toolpath, job: Job | None) -> str:
         "backplot.html.j2", data,
         name=Path(program.name).name if job is None else job.name,
         subtitle=f"{program.dialect} · {plural(len(toolpath.blocks), 'block')} that move · {tools} · all lengths in mm",
-        chips=[{"kind": "bad", "text": plural(errors, "error")} if errors else {"kind": "ok", "text": "reads clean"},
-               {"kind": "", "text": f"path {number(sum(p.length for p in toolpath.paths), 5)} mm"}],
+        chips=[chip("bad", plural(errors, "error")) if errors else chip("ok", "reads clean"),
+               chip("", f"path {number(sum(p.length for p in toolpath.paths), 5)} mm")],
         picture=None, view_note=note, schedule=None, live=job is not None,
         plot_note="One step per NC block. Click a step to mark its block; drag to zoom in, double click to zoom out.",
         findings=found if job is None else [],

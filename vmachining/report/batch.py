@@ -14,7 +14,7 @@ import polars as pl
 
 from vmachining.interval import Interval
 from vmachining.job.files import write_atomic
-from vmachining.report.numbers import duration, number, percent, plural
+from vmachining.report.numbers import card, chip, duration, number, percent, plural
 from vmachining.report.page import rendered
 
 GOOD = ("done", "skipped")
@@ -45,21 +45,12 @@ def write_index(rows: Sequence[Mapping[str, Any]], path: Path, ledger: Mapping[s
     scheduled = any(row["scheduled_time_s"] is not None for row in good)
     shown = [k for k in range(len(HEADS)) if scheduled or k not in SCHEDULE]
     page = rendered(
-        "batch.html.j2",
-        None,
-        script="batch.js",
-        name=path.absolute().parent.name,
-        subtitle=f"{plural(len(rows), 'job')} · all volumes in mm³",
-        chips=_chips(rows, ledger),
-        cards=_cards(good, len(rows)),
-        bad=[_problem(row) for row in bad],
-        jobs=[_job(row, largest, shown) for row in good],
-        heads=[HEADS[k] for k in shown],
-        command=shlex.join(ledger["command"]),
-        started=ledger["started"],
-        ended=ledger["ended"],
-        versions=", ".join(f"{name} {version}" for name, version in ledger["versions"].items()),
-    )
+        "batch.html.j2", None, script="batch.js", name=path.absolute().parent.name,
+        subtitle=f"{plural(len(rows), 'job')} · all volumes in mm³", chips=_chips(rows, ledger),
+        cards=_cards(good, len(rows)), bad=[_problem(row) for row in bad], jobs=[_job(row, largest, shown) for row in good],
+        heads=[HEADS[k] for k in shown], command=shlex.join(ledger["command"]), started=ledger["started"],
+        ended=ledger["ended"], versions=", ".join(f"{name} {version}" for name, version in ledger["versions"].items()),
+    )  # fmt: skip
     write_atomic(path, page)
 
 
@@ -68,63 +59,40 @@ def _chips(rows: Sequence[Mapping[str, Any]], ledger: Mapping[str, Any]) -> list
     count = {word: sum(row["status"] == word for row in rows) for word in ("failed", "interrupted", *GOOD)}
     disputed = sum(row["exit_code"] == 1 for row in rows)
     chips = [
-        {"kind": "bad", "text": f"{count['failed']} failed"},
-        {"kind": "bad", "text": f"{plural(disputed, 'job')} with disputed blocks"},
-        {"kind": "warn", "text": f"{count['interrupted']} interrupted or not started"},
-        {"kind": "ok", "text": f"{count['done']} done"},
-        {"kind": "", "text": f"{count['skipped']} complete before"},
+        chip("bad", f"{count['failed']} failed"),
+        chip("bad", f"{plural(disputed, 'job')} with disputed blocks"),
+        chip("warn", f"{count['interrupted']} interrupted or not started"),
+        chip("ok", f"{count['done']} done"),
+        chip("", f"{count['skipped']} complete before"),
     ]
     shown = [chip for chip in chips if chip["text"][:2] != "0 "]
     if ledger["ended"] is None:
-        shown.append({"kind": "warn", "text": "this batch is still running, or was killed"})
+        shown.append(chip("warn", "this batch is still running, or was killed"))
     return shown
 
 
 def _cards(good: Sequence[Mapping[str, Any]], total: int) -> list[dict[str, str]]:
-    """Sums over the jobs that are complete."""
-
     def summed(name: str, rows: Sequence[Mapping[str, Any]] = good) -> float:
         return float(sum(row[name] for row in rows))
 
-    cards = [
-        {"title": "Jobs complete", "value": f"{len(good)}", "unit": f"of {total}",
-         "note": f"{number(summed('blocks'))} blocks"},
-    ]  # fmt: skip
+    cards = [card("Jobs complete", f"{len(good)}", f"of {total}", f"{number(summed('blocks'))} blocks")]
     if not good:
         return cards
     lo, removed, hi = (summed(name) for name in ("removed_lo_mm3", "removed_mm3", "removed_hi_mm3"))
     error = Interval(lo, removed, hi).error
     share = f" (±{100 * error / removed:.2g}\u00a0%)" if removed > 0 else ""
-    cards.append(
-        {"title": "Removed volume", "value": number(removed), "unit": "mm³",
-         "note": f"{number(lo, 7)} … {number(hi, 7)}{share}"}
-    )  # fmt: skip
+    cards.append(card("Removed volume", number(removed), "mm³", f"{number(lo, 7)} … {number(hi, 7)}{share}"))
     scheduled = [row for row in good if row["scheduled_time_s"] is not None]
     before, after = summed("time_s", scheduled), summed("scheduled_time_s", scheduled)
-    value, unit = duration(summed("time_s"))
-    cards.append({"title": "Machining time", "value": value, "unit": unit, "note": "of all complete jobs"})
+    cards.append(card("Machining time", *duration(summed("time_s")), "of all complete jobs"))
     if scheduled:
-        value, unit = duration(after, before)
-        cards.append(
-            {"title": "Scheduled time", "value": value, "unit": unit,
-             "note": f"{percent(before, after)} from {' '.join(duration(before, after))}, "
-             f"{plural(len(scheduled), 'job')} with a schedule"}
-        )  # fmt: skip
-    cards.append(
-        {"title": "Warnings", "value": number(summed("warnings")), "unit": "",
-         "note": f"in {plural(sum(row['warnings'] > 0 for row in good), 'job')}"}
-    )  # fmt: skip
-    value, unit = duration(summed("seconds"))
-    peak = max(row["peak_mb"] for row in good)
-    cards.append(
-        {
-            "title": "Computed in",
-            "value": value,
-            "unit": unit,
-            "note": f"sum of all; peak of a job {peak:.0f} MB",
-        }
-    )
-    return cards
+        jobs = f"{plural(len(scheduled), 'job')} with a schedule"
+        less = f"{percent(before, after)} from {' '.join(duration(before, after))}, {jobs}"
+        cards.append(card("Scheduled time", *duration(after, before), less))
+    warned = plural(sum(row["warnings"] > 0 for row in good), "job")
+    cards.append(card("Warnings", number(summed("warnings")), "", f"in {warned}"))
+    peak = f"sum of all; peak of a job {max(row['peak_mb'] for row in good):.0f} MB"
+    return [*cards, card("Computed in", *duration(summed("seconds")), peak)]
 
 
 def _link(row: Mapping[str, Any], file: str) -> str:
@@ -176,17 +144,12 @@ def _job(row: Mapping[str, Any], largest: float, shown: Sequence[int]) -> dict[s
     before, after = row["time_s"], row["scheduled_time_s"]
     feed, feed_after = row["mean_feed_mm_min"], row["scheduled_mean_feed_mm_min"]
     cells = [
-        (number(row["blocks"]), row["blocks"]),
-        (number(removed, 7), removed),
-        (f"{number(lo, 7)} … {number(hi, 7)}", lo),
+        (number(row["blocks"]), row["blocks"]), (number(removed, 7), removed), (f"{number(lo, 7)} … {number(hi, 7)}", lo),
         (f"{100 * half / removed:.2g}\u00a0%" if removed > 0 else "–", half / removed if removed > 0 else 0),
-        (" ".join(duration(before, after)), before),
-        (" ".join(duration(after, before)), -1 if after is None else after),
+        (" ".join(duration(before, after)), before), (" ".join(duration(after, before)), -1 if after is None else after),
         (percent(before, after) if after is not None else "–", 0 if after is None else after - before),
-        (number(feed, 4), feed or 0),
-        (number(feed_after, 4), feed_after or 0),
-        (number(row["warnings"]), row["warnings"]),
-    ]
+        (number(feed, 4), feed or 0), (number(feed_after, 4), feed_after or 0), (number(row["warnings"]), row["warnings"]),
+    ]  # fmt: skip
     spark, peak = _curve(row)
     return {
         "name": row["name"], "job": row["job"], "report": _link(row, "report.html"), "spark": spark, "peak": peak,

@@ -58,7 +58,7 @@ class Side:
             manifest = read_manifest(path)
             if manifest is None or not manifest.get("complete"):
                 raise InputError(
-                    "no complete result", file=str(path), remedy="give a directory that `run` has finished"
+                    "no complete result", file=path, remedy="give a directory that `run` has finished"
                 )
             file, options = path / "blocks.parquet", manifest["options"]
             inputs = (f"{role} {entry['sha256'][:12]}" for role, entry in manifest["inputs"].items())
@@ -76,7 +76,7 @@ class Side:
             )
         except (OSError, pl.exceptions.PolarsError) as exc:
             raise InputError(
-                f"no table of blocks: {str(exc).splitlines()[0]}", file=str(file),
+                f"no table of blocks: {str(exc).splitlines()[0]}", file=file,
                 remedy="give a result directory, or its blocks.parquet or blocks.csv",
             ) from exc  # fmt: skip
         if missing := [
@@ -85,7 +85,7 @@ class Side:
             if not blocks[name].cast(pl.Float64, strict=False).is_finite().all(ignore_nulls=False)
         ]:
             raise InputError(
-                f"no values in some blocks of {', '.join(missing)}", file=str(file),
+                f"no values in some blocks of {', '.join(missing)}", file=file,
                 remedy="give the table of a finished run",
             )  # fmt: skip
         proven = (
@@ -115,7 +115,6 @@ class Beside:
 
     @property
     def is_one_to_one(self) -> bool:
-        """Every block has its like on the other side."""
         return bool((np.diff(self.ends_a) == 1).all() and (np.diff(self.ends_b) == 1).all())
 
     @property
@@ -149,7 +148,6 @@ class Beside:
         return self.b.sums("time_s", self.ends_b) - self.a.sums("time_s", self.ends_a)
 
     def to_dict(self) -> dict[str, Any]:
-        """Totals and counts."""
         low, mid, high = _difference(self.a.removed, self.b.removed)
         return {
             "a": self.a.name, "b": self.b.name, "pieces": len(self.ends_a) - 1, "one_to_one": self.is_one_to_one,
@@ -210,7 +208,6 @@ def write_comparison(found: Beside, path: Path) -> None:
 
 
 def _words(found: Beside, differ: int, pieces: int, word: str, same: bool) -> list[str]:
-    """What a reader needs to know first, in sentences."""
     a, b = found.a, found.b
     low, mid, high = _difference(a.removed, b.removed)
     more = f"{number(abs(mid), 4)} mm³ {'more' if mid > 0 else 'less'} than" if mid else "as much as"
@@ -313,7 +310,6 @@ def _along(side: Side) -> Floats:
 
 
 def _table(found: Beside, title: str, weight: Floats) -> Panel:
-    """The pieces of largest weight."""
     low, mid, high = found.volume
     seconds, differs, proven = found.seconds, found.differs, found.proven
     order = [k for k in np.argsort(-weight, kind="stable")[:WORST].tolist() if weight[k] > 0.0]

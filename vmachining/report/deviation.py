@@ -10,7 +10,7 @@ from vmachining.engines.dexel import DexelEngine
 from vmachining.engines.vectors import VectorEngine
 from vmachining.errors import InputError
 from vmachining.job import RunResult
-from vmachining.job.gouge import ends_against
+from vmachining.job.deviation import ends_against
 from vmachining.job.stock import design_mesh
 from vmachining.report.figures import write_page
 from vmachining.report.scene import Layer, Scene

@@ -10,7 +10,7 @@ import polars as pl
 
 from vmachining.arrays import Floats
 from vmachining.engagement import Engagement, chip_table
-from vmachining.job.files import atomic_path
+from vmachining.job.files import atomic_path, write_table
 from vmachining.job.folder import engagement_files
 from vmachining.job.table import readable
 from vmachining.report.figures import Panel, picture, write_page
@@ -98,10 +98,8 @@ def write_engagement(found: Engagement, folder: Path | str, *, name: str = "") -
 def _write(found: Engagement, folder: Path, name: str) -> list[Path]:
     table = found.table()
     paths = [folder / f"engagement.{suffix}" for suffix in ("csv", "parquet", "html", "png")]
-    with atomic_path(paths[0]) as temporary:
-        readable(table.lazy()).collect().write_csv(temporary)
-    with atomic_path(paths[1]) as temporary:
-        table.write_parquet(temporary)
+    write_table(readable(table.lazy()).collect(), paths[0])
+    write_table(table, paths[1])
     write_engagement_page(found, paths[2], name=name)
     write_engagement_png(found, paths[3], name=name)
     chart = found.map(MAP_CELLS)
@@ -110,13 +108,10 @@ def _write(found: Engagement, folder: Path, name: str) -> list[Path]:
         "phi_deg": np.degrees(chart.phi),
         **{f"{m:.6g}": c for m, c in zip(middles, chart.share.T, strict=True)},
     }
-    paths.append(folder / "engagement_map.csv")
-    with atomic_path(paths[-1]) as temporary:
-        readable(pl.LazyFrame(columns)).collect().write_csv(temporary)
-    paths.append(folder / "engagement_chips.csv")
-    with atomic_path(paths[-1]) as temporary:
-        readable(chip_table(found).lazy()).collect().write_csv(temporary)
-    return paths
+    more = {"engagement_map.csv": pl.LazyFrame(columns), "engagement_chips.csv": chip_table(found).lazy()}
+    for file, rows in more.items():
+        write_table(readable(rows).collect(), folder / file)
+    return [*paths, *(folder / file for file in more)]
 
 
 def write_engagement_page(found: Engagement, path: Path, *, name: str = "") -> None:
@@ -176,7 +171,6 @@ def _title(found: Engagement, name: str) -> str:
 
 
 def _facts(found: Engagement) -> list[tuple[str, str]]:
-    """Key figures in words."""
     s = found.summary
     tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
     fed = s["arcs_feed_deg"] is not None

@@ -9,9 +9,9 @@ from typing import Any
 
 import polars as pl
 
-from vmachining.job.files import atomic_path, write_atomic
+from vmachining.job.files import write_atomic, write_table
 from vmachining.report.figures import picture
-from vmachining.report.numbers import number, plural, share, trusted
+from vmachining.report.numbers import chip, number, plural, share, trusted
 from vmachining.report.page import rendered
 from vmachining.report.paper.style import BLUE, canvas, look
 
@@ -22,25 +22,19 @@ MOST = 2000
 def write_engines(told: Mapping[str, Any], folder: Path) -> None:
     """Write table and page of `EngineComparison.to_dict()` into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    with atomic_path(folder / "engines.csv") as temporary:
-        pl.DataFrame(told["blocks"], infer_schema_length=None).write_csv(temporary)
+    write_table(pl.DataFrame(told["blocks"], infer_schema_length=None), folder / "engines.csv")
     write_atomic(folder / "engines.json", json.dumps(told, indent=1))
     names = [row["engine"] for row in told["engines"]]
     apart = [(set(each["engines"]), set(each["blocks"])) for each in told["disagreements"]]
     page = rendered(
-        "engines.html.j2",
-        None,
-        name=told["job"],
-        subtitle=f"{plural(len(told['blocks']), 'block')} that cut · all volumes in mm³",
-        chips=_chips(told),
+        "engines.html.j2", None, name=told["job"],
+        subtitle=f"{plural(len(told['blocks']), 'block')} that cut · all volumes in mm³", chips=_chips(told),
         heads=["blocks", "removed mm³", "ms a block", "width", "off", "proven", "disagrees"],
         engines=[{"name": row["engine"], "cells": _cells(row)} for row in told["engines"]],
         refused=[f"{row['engine']}: {row['refused']}" for row in told["engines"] if row["refused"]],
-        figure=trusted(engine_figure(told["engines"])),
-        names=names,
-        blocks=[_block(row, names, apart) for row in told["blocks"][:MOST]],
-        left=max(0, len(told["blocks"]) - MOST),
-    )
+        figure=trusted(engine_figure(told["engines"])), names=names,
+        blocks=[_block(row, names, apart) for row in told["blocks"][:MOST]], left=max(0, len(told["blocks"]) - MOST),
+    )  # fmt: skip
     write_atomic(folder / "engines.html", page)
 
 
@@ -68,15 +62,10 @@ def engine_figure(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _chips(told: Mapping[str, Any]) -> list[dict[str, str]]:
-    """The verdict, and what needs a look."""
-    chips = [
-        {"kind": "ok", "text": "the engines agree"}
-        if told["agrees"]
-        else {"kind": "bad", "text": "the engines disagree"}
-    ]
+    chips = [chip("ok", "the engines agree") if told["agrees"] else chip("bad", "the engines disagree")]
     for each in told["disagreements"]:
         text = f"{' and '.join(each['engines'])}: {plural(len(each['blocks']), 'block')} apart"
-        chips.append({"kind": "bad" if each["proven"] else "warn", "text": text})
+        chips.append(chip("bad" if each["proven"] else "warn", text))
     return chips
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
-from vmachining.report.numbers import trusted
+from vmachining.report.numbers import chip, trusted
 from vmachining.report.page import rendered
 from vmachining.report.scene import Scene
 
@@ -65,6 +65,6 @@ def write_page(
     page = rendered(
         "figures.html.j2", None if scene is None else scene.payload(), scene=scene,
         kind=kind, name=name, subtitle=subtitle, panels=shown,
-        chips=[{"kind": sort, "text": words} for sort, words in chips],
+        chips=[chip(*words) for words in chips],
     )  # fmt: skip
     write_atomic(path, page)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vmachining.job.files import atomic_path, make_folder
+from vmachining.job.files import make_folder, write_table
 from vmachining.job.predict import Prediction
 from vmachining.report.chart import Curve, chart
 from vmachining.report.figures import Panel, write_page
@@ -37,10 +37,8 @@ def write_forces(found: Prediction, folder: Path | str, *, name: str = "") -> li
     folder = Path(folder)
     make_folder(folder)
     paths = [folder / n for n in ("forces.csv", "forces.parquet", "force_stations.csv", "forces.html")]
-    for path in paths[:3]:
-        table = found.stations if path.stem == "force_stations" else found.series
-        with atomic_path(path) as temporary:
-            (table.write_parquet if path.suffix == ".parquet" else table.write_csv)(temporary)
+    write_table(found.series, *paths[:2])
+    write_table(found.stations, paths[2])
     notes = (
         [Panel(title="Notes", head=("what",), rows=[(note,) for note in found.notes])] if found.notes else []
     )

@@ -55,7 +55,6 @@ class Live:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def progress(self, stage: str, done: int, total: int) -> None:
-        """Progress of a run."""
         with self._lock:
             self.stage, self.done, self.total = stage, done, total
 

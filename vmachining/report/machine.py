@@ -44,17 +44,13 @@ def machine_record(mill: Mill) -> dict[str, Any]:
         )
     given = mill.keys.options or {}
     return {
-        "name": mill.name,
-        "configuration": chain.chain,
-        "class": "hexapod" if mill.legs is not None else "/".join(map(str, count)),
-        "words": words,
-        "axes": [_axis(axis, k < chain.table) for k, axis in enumerate(chain.axes)],
-        "tool_axis": chain.tool.tolist(),
-        "tip_mm": chain.tip.tolist(),
-        "limits": stated,
+        "name": mill.name, "configuration": chain.chain,
+        "class": "hexapod" if mill.legs is not None else "/".join(map(str, count)), "words": words,
+        "axes": [_axis(axis, k < chain.table) for k, axis in enumerate(chain.axes)], "tool_axis": chain.tool.tolist(),
+        "tip_mm": chain.tip.tolist(), "limits": stated,
         "options": {**preset_options(name), **given} if name in PRESETS else {},
         "legs": None if mill.legs is None else _legs(mill),
-    }
+    }  # fmt: skip
 
 
 def _axis(axis: Axis, on_table: bool) -> dict[str, Any]:
@@ -84,7 +80,6 @@ def _legs(mill: Mill) -> dict[str, Any]:
 
 
 def write_machine(mill: Mill, out: Path) -> None:
-    """The page of a machine."""
     told, chain = machine_record(mill), mill.chain or preset("xyz")
     panels = [
         Panel(

@@ -15,6 +15,16 @@ def difference(value: float, of: float, unit: str = "mm³") -> str:
     return f"{value:+.2g}\u00a0{unit}"
 
 
+def card(title: str, value: str, unit: str, note: str, **more: str) -> dict[str, str]:
+    """A key figure of a page."""
+    return {"title": title, "value": value, "unit": unit, "note": note, **more}
+
+
+def chip(kind: str, text: str) -> dict[str, str]:
+    """A word in a coloured frame. kind : ok, warn, bad, or "" for grey."""
+    return {"kind": kind, "text": text}
+
+
 def trusted(text: str) -> Any:
     """Our own code, exempt from escaping; foreign text never goes through here unescaped."""
     import markupsafe

@@ -17,12 +17,11 @@ from vmachining.interval import Interval
 from vmachining.job import RunResult, ScheduleReport
 from vmachining.job.brep import disputes
 from vmachining.job.files import versions, write_atomic
-from vmachining.job.spent import in_words
-from vmachining.report.contact import compared, doubtful, loaded, peaks
+from vmachining.job.record import in_words
 from vmachining.report.design import deviation_of, worst_places
-from vmachining.report.numbers import difference, duration, number, percent, plural, trusted
+from vmachining.report.numbers import card, chip, difference, duration, number, percent, plural, trusted
 from vmachining.report.paper.depth import png
-from vmachining.report.payload import Payload, load_column, payload
+from vmachining.report.payload import LOADS, Payload, load_column, payload
 from vmachining.report.thin import ThinMesh, thin_mesh
 from vmachining.report.trust import checked, known, unknown, widest
 
@@ -40,38 +39,20 @@ def write_report(result: RunResult, path: Path) -> None:
     schedule = result.schedule
     warned = _warnings(result, blocks)
     page = rendered(
-        "page.html.j2",
-        data,
-        name=result.job.name,
-        subtitle=_subtitle(result),
-        picture=base64.b64encode(png(mesh.vertices, mesh.triangles)).decode("ascii"),
-        chips=_chips(result, blocks),
-        disputed=disputes(blocks)[:MAX_ROWS],
-        cards=_cards(result, blocks),
-        mapped=data.maps > 0,
-        peaks=peaks(blocks),
-        doubt=doubtful(blocks),
-        loaded=loaded(blocks),
-        load=load_column(blocks),
-        view_note=_view_note(len(surface.triangles), mesh, data),
-        plot_note=_plot_note(len(blocks), data.rows),
+        "page.html.j2", data, name=result.job.name, subtitle=_subtitle(result),
+        picture=base64.b64encode(png(mesh.vertices, mesh.triangles)).decode("ascii"), chips=_chips(result, blocks),
+        disputed=disputes(blocks)[:MAX_ROWS], cards=_cards(result, blocks), mapped=data.maps > 0, peaks=peaks(blocks),
+        doubt=doubtful(blocks), loaded=loaded(blocks), load=load_column(blocks),
+        view_note=_view_note(len(surface.triangles), mesh, data), plot_note=_plot_note(len(blocks), data.rows),
         contact_notes=list(result.summary.get("contact_notes", [])),
-        schedule=_schedule(result, schedule, blocks) if schedule else None,
-        deviation=_deviation(result),
+        schedule=_schedule(result, schedule, blocks) if schedule else None, deviation=_deviation(result),
         places=[] if deviation is None else worst_places(mesh, deviation),
-        tolerance=None if deviation is None else deviation.tolerance,
-        design_note=result.summary.get("design_note"),
-        warnings=warned[:MAX_ROWS],
-        checked=checked(result),
-        notes=result.summary["notes"],
-        guesses=result.summary.get("guesses", []),
-        tools=_tools(result, blocks),
+        tolerance=None if deviation is None else deviation.tolerance, design_note=result.summary.get("design_note"),
+        warnings=warned[:MAX_ROWS], checked=checked(result), notes=result.summary["notes"],
+        guesses=result.summary.get("guesses", []), tools=_tools(result, blocks),
         more_warnings=f"{len(warned) - MAX_ROWS} more in blocks.parquet." if len(warned) > MAX_ROWS else "",
-        known=known(result),
-        unknown=unknown(result),
-        widest=widest(blocks),
-        colophon=_colophon(result),
-    )
+        known=known(result), unknown=unknown(result), widest=widest(blocks), colophon=_colophon(result),
+    )  # fmt: skip
     write_atomic(path, page)
 
 
@@ -145,22 +126,22 @@ def _subtitle(result: RunResult) -> str:
 
 def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     summary = result.summary
-    chips = [{"kind": "ok", "text": f"complete: {plural(summary['blocks'], 'block')}"}]
+    chips = [chip("ok", f"complete: {plural(summary['blocks'], 'block')}")]
     count = summary["warnings"]
     chips.append(
-        {"kind": "warn", "text": plural(count, "warning")}
+        chip("warn", plural(count, "warning"))
         if count
-        else {"kind": "warn", "text": "see the note on all volumes"}
+        else chip("warn", "see the note on all volumes")
         if summary["notes"]
-        else {"kind": "ok", "text": "no warnings"}
+        else chip("ok", "no warnings")
     )
     if guessed := summary.get("guesses"):
-        chips.append({"kind": "warn", "text": f"{plural(len(guessed), 'line')} of the job guessed"})
-    chips.append({"kind": "", "text": f"{result.stock.name} engine, {_accuracy(result)}"})
+        chips.append(chip("warn", f"{plural(len(guessed), 'line')} of the job guessed"))
+    chips.append(chip("", f"{result.stock.name} engine, {_accuracy(result)}"))
     if stated := summary["stated_blocks"]:
-        chips.append({"kind": "warn", "text": f"{plural(stated, 'block')} stated, not proven"})
+        chips.append(chip("warn", f"{plural(stated, 'block')} stated, not proven"))
     if result.schedule:
-        chips.append({"kind": "ok", "text": "schedule simulated again"})
+        chips.append(chip("ok", "schedule simulated again"))
     second = _second_chip(summary["brep"], (summary.get("second_judge") or {}).get("blocks", 0))
     return [second, *chips] if summary["brep"]["disputed"] else [*chips, second]
 
@@ -176,12 +157,12 @@ def _second_chip(counts: dict[str, Any], judged: int) -> dict[str, str]:
     """What the B-rep engine said, in a word; what exact rays said where it was not asked. judged : blocks that these saw."""
     asked, good = counts["asked"], counts["agreed"] + counts["retried"]
     if counts["disputed"]:
-        return {"kind": "bad", "text": f"DISPUTED: {plural(counts['disputed'], 'block')}"}
+        return chip("bad", f"DISPUTED: {plural(counts['disputed'], 'block')}")
     if not asked and judged:
-        return {"kind": "ok", "text": f"a second engine agrees on {plural(judged, 'block')}"}
+        return chip("ok", f"a second engine agrees on {plural(judged, 'block')}")
     if not asked:
-        return {"kind": "", "text": "not certified by a second engine"}
-    return {"kind": "ok" if good == asked else "warn", "text": f"B-rep agreed on {good} of {asked} blocks"}
+        return chip("", "not certified by a second engine")
+    return chip("ok" if good == asked else "warn", f"B-rep agreed on {good} of {asked} blocks")
 
 
 def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
@@ -189,47 +170,24 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     relative = 100 * result.removed.error / s["removed_mm3"] if s["removed_mm3"] > 0 else 0.0
     cutting = int((blocks["removed_mm3"] > 0).sum())
     value, unit = duration(s["time_s"], s["scheduled_time_s"])
+    between = f"{number(s['removed_lo_mm3'])} … {number(s['removed_hi_mm3'])} (±{relative:.2g}\u00a0%){_of_blocks(blocks)}"
+    limited = result.job.keys.machine.max_acceleration_mm_s2
+    times = "with the acceleration limit" if limited else "ideal: no acceleration limit given"
     cards = [
-        {
-            "title": "Removed volume",
-            "value": number(s["removed_mm3"]),
-            "unit": "mm³",
-            "note": f"{number(s['removed_lo_mm3'])} … {number(s['removed_hi_mm3'])} (±{relative:.2g}\u00a0%)"
-            f"{_of_blocks(blocks)}",
-        },
-        {
-            "title": "Final stock",
-            "value": number(s["final_mm3"]),
-            "unit": "mm³",
-            "note": f"of {number(s['stock_mm3'])} mm³ at the start",
-        },
-        {
-            "title": "Machining time",
-            "value": value,
-            "unit": unit,
-            "note": "with the acceleration limit"
-            if result.job.keys.machine.max_acceleration_mm_s2
-            else "ideal: no acceleration limit given",
-        },
+        card("Removed volume", number(s["removed_mm3"]), "mm³", between),
+        card("Final stock", number(s["final_mm3"]), "mm³", f"of {number(s['stock_mm3'])} mm³ at the start"),
+        card("Machining time", value, unit, times),
     ]
     if s["scheduled_time_s"] is not None:
         value, unit = duration(s["scheduled_time_s"], s["time_s"])
-        cards.append(
-            {
-                "title": "Scheduled time",
-                "value": value,
-                "unit": unit,
-                "note": f"{percent(s['time_s'], s['scheduled_time_s'])}, read back and simulated",
-            }
-        )
+        less = percent(s["time_s"], s["scheduled_time_s"])
+        cards.append(card("Scheduled time", value, unit, f"{less}, read back and simulated"))
     for label, size, block, line, second, _ in peaks(blocks)[:1]:
         value, _, unit = size.rpartition(" ")
-        cards.append({"title": f"Largest {label}", "value": value, "unit": unit,
-                      "note": f"block {block}, line {line}, after {second}.", "block": str(block)})  # fmt: skip
-    cards.append(
-        {"title": "Blocks", "value": number(s["blocks"]), "unit": "",
-         "note": f"{number(cutting)} cut, {number(s['blocks'] - cutting)} remove nothing"}
-    )  # fmt: skip
+        place = f"block {block}, line {line}, after {second}."
+        cards.append(card(f"Largest {label}", value, unit, place, block=str(block)))
+    idle = number(s["blocks"] - cutting)
+    cards.append(card("Blocks", number(s["blocks"]), "", f"{number(cutting)} cut, {idle} remove nothing"))
     return cards
 
 
@@ -264,31 +222,25 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
     s, feed = result.summary, result.job.keys.feed
     before = blocks["mrr_mm3_min"].fill_null(0.0).to_numpy()
     after = np.nan_to_num(schedule.after_rate)
+    took, takes = s["time_s"], s["scheduled_time_s"]
+    rates = (f"{number(rate.max())} mm³/min" for rate in (before, after))
+    volumes = (f"{number(volume, 8)} mm³" for volume in (s["removed_mm3"], schedule.removed_mm3))
+    apart = difference(schedule.removed_mm3 - s["removed_mm3"], s["stock_mm3"])
     rows = [
         (
             "Machining time",
-            "{} {}".format(*duration(s["time_s"], s["scheduled_time_s"])),
-            "{} {}".format(*duration(s["scheduled_time_s"], s["time_s"])),
-            percent(s["time_s"], s["scheduled_time_s"]),
+            " ".join(duration(took, takes)),
+            " ".join(duration(takes, took)),
+            percent(took, takes),
         ),
-        (
-            "Largest volume rate of a block",
-            f"{number(before.max())} mm³/min",
-            f"{number(after.max())} mm³/min",
-            percent(before.max(), after.max()),
-        ),
+        ("Largest volume rate of a block", *rates, percent(before.max(), after.max())),
         (
             "Blocks that move",
             number(s["blocks"]),
             number(schedule.blocks),
             f"{schedule.blocks - s['blocks']:+d}",
         ),
-        (
-            "Removed volume",
-            f"{number(s['removed_mm3'], 8)} mm³",
-            f"{number(schedule.removed_mm3, 8)} mm³",
-            difference(schedule.removed_mm3 - s["removed_mm3"], s["stock_mm3"]),
-        ),
+        ("Removed volume", *volumes, apart),
     ]
     limited = [
         (index, line, text, schedule.limits[index], number(feed))
@@ -348,3 +300,63 @@ def _colophon(result: RunResult) -> list[tuple[str, str]]:
         ("computed in", took),
         ("made with", ", ".join(f"{name} {version}" for name, version in versions().items())),
     ]
+
+
+MOST_MM3_MIN = 2e7
+"""Removal rates beyond it are questioned: large machines for aluminium reach about half of it."""
+
+MOST = 10
+"""Blocks in the table of the most loaded ones."""
+
+
+def peaks(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
+    """Largest value of every load: name, value with unit, block, line, s into the program, program text."""
+    begin = blocks["time_s"].fill_null(0.0).cum_sum() - blocks["time_s"].fill_null(0.0)
+    rows = []
+    for name, label, unit in LOADS:
+        if name.endswith("feed_mm_min") or name == "engaged_fraction" or not blocks[name].count():
+            continue
+        at = int(blocks[name].fill_null(-1.0).arg_max() or 0)
+        row = blocks.row(at, named=True)
+        value, second = f"{number(row[name], 5)} {unit}", "{} {}".format(*duration(float(begin[at])))
+        rows.append((label, value, row["block"], row["line"], second, row["text"].strip()))
+    return rows
+
+
+def doubtful(blocks: pl.DataFrame) -> str:
+    """A question where a block removes more than machines do; empty where none does."""
+    odd = blocks.filter(pl.col("mrr_mm3_min") > MOST_MM3_MIN).sort("mrr_mm3_min", descending=True)
+    if not len(odd):
+        return ""
+    block, line, rate = odd.select("block", "line", "mrr_mm3_min").row(0)
+    return (
+        f"{plural(len(odd), 'block')} would remove more than {number(MOST_MM3_MIN)} mm³/min, which no milling machine does: "
+        f"block {block} (line {line}) {number(rate, 3)} mm³/min. Check the feed and its unit."
+    )
+
+
+def loaded(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
+    """The blocks with the largest load: block, line, program text, load, removal rate (once), ap, ae."""
+    name, _, _ = load_column(blocks)
+    top = blocks.filter(pl.col(name) > 0).top_k(MOST, by=name).sort([name, "block"], descending=[True, False])
+    loads = dict.fromkeys((name, "mrr_mm3_min", "ap_mm", "ae_mm"))
+    return [
+        (row["block"], row["line"], row["text"].strip(), *(number(row[load], 4) for load in loads))
+        for row in top.iter_rows(named=True)
+    ]
+
+
+def compared(comparison: pl.DataFrame) -> list[tuple[str, ...]]:
+    def cell(value: float | None, digits: int = 5) -> str:
+        return "–" if value is None else number(value, digits)
+
+    rows = []
+    for row in comparison.iter_rows(named=True):
+        goal = "–" if row["reference"] is None else f"{number(row['reference'], 5)} {row['unit']}"
+        loads = []
+        for name in ("volume", "chip_area", "force"):
+            loads += [cell(row[f"{name}_peak"]), cell(row[f"{name}_spread"], 3)]
+        title = row["strategy"].replace("_", " ") + (" (asked for)" if row["asked_for"] else "")
+        times = (cell(row["time_s"]), cell(row["machine_time_s"]))
+        rows.append((title, goal, row["judged"], *times, str(row["inserted"]), *loads))
+    return rows

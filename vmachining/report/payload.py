@@ -23,11 +23,10 @@ from vmachining.arrays import Floats, Ints
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.job import Job, RunResult
-from vmachining.job.blocks import program_lines
 from vmachining.job.contact import ToolParts
 from vmachining.job.paths import CutterPath
 from vmachining.job.stock import raw_stock
-from vmachining.job.toolpath import Toolpath
+from vmachining.job.toolpath import Toolpath, program_lines
 from vmachining.machine import Machine, follow
 from vmachining.nc import Motion, Move, Program
 from vmachining.report.contact_map import contact_maps
@@ -128,18 +127,13 @@ def payload(
     time = np.nan_to_num(blocks["time_s"].fill_null(0.0).to_numpy())
     length = np.nan_to_num(blocks["length_mm"].fill_null(0.0).to_numpy())
     arrays: dict[str, Any] = {
-        "block": drawn["block"].to_numpy().astype("<i4"),
-        "line": drawn["line"].to_numpy().astype("<i4"),
-        "begin_s": (np.cumsum(time) - time)[rows].astype("<f4"),
-        "begin_mm": (np.cumsum(length) - length)[rows].astype("<f4"),
-        "removed_lo_mm3": _column(drawn, "removed_lo_mm3"),
-        "removed_hi_mm3": _column(drawn, "removed_hi_mm3"),
-        "bracket_percent": _bracket_percent(drawn),
-        "warned": drawn["warning"].is_not_null().to_numpy().astype("u1"),
-        "vertices": mesh.vertices.astype("<f4").ravel(),
-        "triangles": mesh.triangles.astype("<u4").ravel(),
+        "block": drawn["block"].to_numpy().astype("<i4"), "line": drawn["line"].to_numpy().astype("<i4"),
+        "begin_s": (np.cumsum(time) - time)[rows].astype("<f4"), "begin_mm": (np.cumsum(length) - length)[rows].astype("<f4"),
+        "removed_lo_mm3": _column(drawn, "removed_lo_mm3"), "removed_hi_mm3": _column(drawn, "removed_hi_mm3"),
+        "bracket_percent": _bracket_percent(drawn), "warned": drawn["warning"].is_not_null().to_numpy().astype("u1"),
+        "vertices": mesh.vertices.astype("<f4").ravel(), "triangles": mesh.triangles.astype("<u4").ravel(),
         "face_block": mesh.block.astype("<i4"),
-    }
+    }  # fmt: skip
     filled = [entry for entry in (*LOADS, *MORE) if drawn[entry[0]].count()]
     arrays |= {name: _column(drawn, name) for name, _, _ in filled} | maps
     arrays |= _rotary(result.toolpath, drawn["block"].to_numpy())
@@ -394,7 +388,6 @@ def _path(
 
 
 def _pieces(path: CutterPath) -> int:
-    """Straight pieces that a path is drawn by."""
     if isinstance(path, Arc):
         return max(2, int(np.ceil(abs(path.angle) / ARC_STEP)))
     return 8 if isinstance(path, Turn) and not path.is_straight else 1

@@ -37,7 +37,6 @@ class Scene:
     reach: float | None = None
 
     def payload(self) -> Payload:
-        """What the page draws."""
         arrays: dict[str, Any] = {}
         told = []
         for k, layer in enumerate(self.layers):

@@ -54,7 +54,6 @@ def known(result: RunResult) -> list[str]:
 
 
 def _sure(s: dict[str, Any]) -> str:
-    """Which intervals are proven."""
     if not s["stated_blocks"]:
         return "Both ends of the interval of every block are proven bounds" + (
             ", and so are those of the total." if s["proven"] else "; those of the total are stated."
@@ -76,7 +75,6 @@ def _files(s: dict[str, Any]) -> list[str]:
 
 
 def _second(counts: dict[str, Any]) -> str:
-    """What the B-rep engine was asked and said."""
     return (
         f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
         f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused, {counts['disputed']} are "
@@ -140,7 +138,6 @@ def checked(result: RunResult) -> str:
 
 
 def _contact_limits(result: RunResult) -> list[str]:
-    """How far the checks for contact reach."""
     chord = result.job.keys.accuracy.chord_mm
     lines = [
         "Rapids do not cut: their contact with the stock is a warning, and so is that of a shank or holder that is "

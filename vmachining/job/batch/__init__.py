@@ -8,8 +8,7 @@
 
 | file | holds |
 |---|---|
-| `one.py` | `Order`, `one_job`, `BATCH_COLUMNS` |
-| `pool.py` | `Pool`, what `run_many` needs of one; `Ended` |
+| `one.py` | `Order`, `one_job`, `BATCH_COLUMNS`; `Pool`, what `run_many` needs of one; `Ended` |
 | `local.py` | `LocalPool`, `serve`: the life of a process that does jobs |
 | `cluster.py` | `ClusterPool`; admission of workers: versions, a probe file |
 | `dataset.py` | `Dataset`: which of its files are ours, and how they come and go |

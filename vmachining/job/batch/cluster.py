@@ -31,8 +31,7 @@ from urllib.parse import urlsplit
 
 from vmachining.errors import InputError
 from vmachining.job.batch.local import PROGRESS, STOP, Child, dismiss, start_child
-from vmachining.job.batch.one import Order, Row
-from vmachining.job.batch.pool import Ended, JobProgress
+from vmachining.job.batch.one import Ended, JobProgress, Order, Row
 from vmachining.job.files import signature, write_atomic, writing
 
 CONNECT_SECONDS = 10.0
@@ -171,17 +170,12 @@ class _Given:
 class ClusterPool:
     """The workers of a Dask scheduler.
 
-    Parameters
-    ----------
     address : of the scheduler, such as tcp://127.0.0.1:8786.
     out : directory of the batch, which exists.
     progress, note : who learns of blocks, and of workers that come and go.
 
-    Raises
-    ------
-    InputError
-        Dask is not installed, no scheduler answers, it has no workers, or one that cannot be used: other versions,
-        another file system.
+    Raises InputError: Dask is not installed, no scheduler answers, it has no workers, or one that cannot be used: other
+        versions, another file system.
     """
 
     def __init__(self, address: str, out: Path, progress: JobProgress, note: Any) -> None:
@@ -339,10 +333,8 @@ class ClusterPool:
             self._progress(index, *told)
             return
         attempt, future = told
-        if (
-            attempt != given.attempt or future.status == "cancelled"
-        ):  # the worker is gone: `_look` will find out
-            return
+        if attempt != given.attempt or future.status == "cancelled":
+            return  # the worker is gone: `_look` will find out
         del self._running[index]
         if future.status == "error":
             yield Ended(index, None, f"worker {given.worker}: {future.exception()}")
@@ -379,7 +371,6 @@ def _objection(mine: Mapping[str, str], seen: Any, out: Path) -> str:
 
 
 def _connect(address: str) -> Any:
-    """A client of a scheduler, or the refusal that says what to do."""
     try:
         import distributed
     except ImportError as exc:

@@ -36,7 +36,6 @@ class Dataset:
         self._maker = (earlier or {}).get("process")
 
     def table(self, name: str) -> Path:
-        """Where the blocks of a job go."""
         return self.path / f"job={name}" / TABLE
 
     def refuse_foreign(self) -> None:
@@ -57,7 +56,7 @@ class Dataset:
                 break
         if foreign is not None:
             raise InputError(
-                f"was not made by this command, and queries read all of {DATASET}/", file=str(foreign),
+                f"was not made by this command, and queries read all of {DATASET}/", file=foreign,
                 remedy="move it away, or choose another --out",
             )  # fmt: skip
 

@@ -11,8 +11,7 @@ from typing import Any
 from vmachining.errors import EngineError, InputError
 from vmachining.job.batch.cluster import ClusterPool
 from vmachining.job.batch.many import PATIENCE_S
-from vmachining.job.batch.one import Order, mark
-from vmachining.job.batch.pool import Ended
+from vmachining.job.batch.one import Ended, Order, mark
 from vmachining.job.files import fingerprints, make_folder
 from vmachining.job.folder import FolderLock, ResultFolder, program_words
 from vmachining.job.jobfile import Job
@@ -46,14 +45,9 @@ def on_cluster(
 
     options : of `run_part`, and what takes the place of the job's accuracy.
 
-    Raises
-    ------
-    InputError
-        No scheduler, no worker, one of another code; a job that cannot be run.
-    EngineError
-        A part failed, or no worker is left.
-    Stopped
-        The user asked to stop; `resume` continues.
+    Raises InputError: No scheduler, no worker, one of another code; a job that cannot be run.
+    Raises EngineError: A part failed, or no worker is left.
+    Raises Stopped: The user asked to stop; `resume` continues.
     """
     if job.source is None:
         raise InputError("a job without a file cannot go to a cluster", remedy="save it: job.save(FILE)")

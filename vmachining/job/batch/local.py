@@ -12,8 +12,7 @@ from multiprocessing import connection
 from multiprocessing.connection import Connection
 from queue import SimpleQueue
 
-from vmachining.job.batch.one import Order, one_job, sparing
-from vmachining.job.batch.pool import Ended, JobProgress
+from vmachining.job.batch.one import Ended, JobProgress, Order, one_job, sparing
 from vmachining.processes import start
 
 STOP = ("stop",)
@@ -26,7 +25,6 @@ Child = tuple[subprocess.Popen[bytes], Connection]
 
 
 def start_child() -> Child:
-    """A process that waits for orders."""
     return start("vmachining.job.batch.local", "serve")
 
 

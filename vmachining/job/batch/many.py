@@ -10,13 +10,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol
 
 from vmachining.errors import InputError, VMachiningError
 from vmachining.job.batch.dataset import DATASET, Dataset
 from vmachining.job.batch.local import LocalPool
-from vmachining.job.batch.one import BATCH_COLUMNS, Order, Row, mark
-from vmachining.job.batch.pool import Ended, Pool
+from vmachining.job.batch.one import BATCH_COLUMNS, Ended, Order, Pool, Row, mark
 from vmachining.job.files import atomic_path, make_folder, versions
 from vmachining.job.folder import FolderLock, ResultFolder, now, program_words
 from vmachining.job.jobfile import Job
@@ -40,8 +38,8 @@ TABLE_SHARE, PAGE_SECONDS = 0.05, 30.0
 """Of the time at most that goes into rewriting the table as jobs end; s between two pages on the way."""
 
 
-class Watcher(Protocol):
-    """Who learns how a batch continues."""
+class Watcher:
+    """Who learns how a batch continues; this one watches nothing."""
 
     def at(self, index: int, stage: str, done: int, total: int) -> None:
         """Job `index` is at block `done` of `total` of a stage."""
@@ -53,16 +51,7 @@ class Watcher(Protocol):
         """Something happened that people need to know."""
 
 
-class _Nobody:
-    """Watches nothing."""
-
-    def at(self, index: int, stage: str, done: int, total: int) -> None: ...
-    def ended(self, index: int, row: Row, done: int, total: int) -> None: ...
-    def note(self, text: str) -> None: ...
-
-
 def safe_name(name: str) -> str:
-    """A directory name made of a job's name."""
     return re.sub(r"[^\w.-]+", "_", name).strip("._") or "job"
 
 
@@ -111,7 +100,7 @@ def run_many(
         lock.acquire()
         place.refuse_foreign({f"job {k}": file for k, file in enumerate(files, 1)})
         dataset.refuse_foreign()
-        watching = watcher or _Nobody()
+        watching = watcher or Watcher()
         with _pool(out, watching, workers, scheduler, len(files)) as pool:
             batch = _Batch(files, out, place, dataset, watching)
             if pool.room > 1:
@@ -152,7 +141,6 @@ def _longest_first(files: Sequence[Path]) -> list[int]:
 
 @contextmanager
 def _pool(out: Path, watcher: Watcher, workers: int, scheduler: str | None, jobs: int) -> Iterator[Pool]:
-    """Who does the jobs; sent home at the end."""
     pool: Pool
     if scheduler is None:
         pool = LocalPool(workers, watcher.at, jobs)
@@ -219,7 +207,6 @@ class _Batch:
                 self.rows[index]["message"] = f"not started: {pool.lost}"
 
     def _take(self, ended: Ended) -> None:
-        """Write down what came of a job."""
         row, index, folder = self.rows[ended.job], ended.job, self.folders[ended.job]
         if ended.row is not None:
             wrote = ended.row["out"] is not None
@@ -253,7 +240,6 @@ class _Batch:
         return True
 
     def write_table(self) -> None:
-        """batch.csv as things are."""
         begin = time.monotonic()
         with (
             atomic_path(self.out / TABLE) as temporary,

@@ -26,12 +26,8 @@ WINDOW_S = 3.0
 RAPID, AXES = "rapid_acceleration_mm_s2", "axis_acceleration_mm_s2"
 
 EVENTS = (
-    "tool_change_s",
-    "table_change_s",
-    "program_stop_s",
-    "spindle_start_s",
-    "spindle_s_per_1000_rev_min",
-)
+    "tool_change_s", "table_change_s", "program_stop_s", "spindle_start_s", "spindle_s_per_1000_rev_min",
+)  # fmt: skip
 
 UNLIMITED = 20_000.0
 """mm/s^2 of a slide that is not searched: it never decides."""
@@ -137,9 +133,8 @@ def fit(laid: Sequence[Laid], *, start: MachineLimits | None = None) -> Fitted:
     least, here = judged(here)
     # what rapids and z have of their own is looked for last, and has to gain: otherwise it stands in for another number
     for names in ([name for name in SEARCH if SEARCH[name][2] is not None], SEARCH):
-        if (
-            names is SEARCH
-        ):  # both at once: with one acceleration for all, an error of the one hides that of the other
+        if names is SEARCH:
+            # both at once: with one acceleration for all, an error of the one hides that of the other
             path = here.max_acceleration_mm_s2 or UNLIMITED
             own_ones = [
                 {RAPID: min(path * r, UNLIMITED), AXES: path * z}

@@ -103,7 +103,7 @@ def read_log(path: Path | str) -> Log:
     else:
         raise InputError(
             "is not a log: lines of time|item|value, MTConnect XML, or a table with columns time and line are read",
-            file=str(path),
+            file=path,
         )
     return _columns(path, list(entries), skipped)
 
@@ -115,9 +115,9 @@ def _text(path: Path) -> str:
             with gzip.open(path) as file:
                 data = file.read(MAX_BYTES + 1)
     except (OSError, EOFError) as exc:
-        raise InputError(f"cannot be read: {exc}", file=str(path)) from exc
+        raise InputError(f"cannot be read: {exc}", file=path) from exc
     if len(data) > MAX_BYTES:
-        raise InputError(f"has more than {MAX_BYTES // 2**20} MB", file=str(path), remedy="cut the log")
+        raise InputError(f"has more than {MAX_BYTES // 2**20} MB", file=path, remedy="cut the log")
     return data.decode("utf-8", errors="replace").lstrip("\ufeff")
 
 
@@ -159,11 +159,11 @@ def _piped(text: str, skipped: list[int]) -> Iterator[Entry]:
 
 def _xml(path: Path, text: str) -> Iterator[Entry]:
     if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):
-        raise InputError("declares a document type, which logs do not have", file=str(path))
+        raise InputError("declares a document type, which logs do not have", file=path)
     try:
         root = ElementTree.fromstring(text.encode("utf-8"))
     except ElementTree.ParseError as exc:
-        raise InputError(f"is not XML: {exc}", file=str(path)) from exc
+        raise InputError(f"is not XML: {exc}", file=path) from exc
     for element in root.iter():
         time = _seconds(element.get("timestamp", ""))
         if time is None:
@@ -187,7 +187,7 @@ def _table(path: Path, text: str, skipped: list[int]) -> Iterator[Entry]:
     keys = [_key(cell) for cell in next(reader)]
     if "time" not in keys or "line" not in keys:
         raise InputError(
-            f"its first line lacks the columns time and line: {first[:80]!r}", file=str(path),
+            f"its first line lacks the columns time and line: {first[:80]!r}", file=path,
             remedy="name them, e.g. time,line,feed_override,rapid_override",
         )  # fmt: skip
     at = keys.index("time")
@@ -216,7 +216,7 @@ def _columns(path: Path, entries: list[Entry], skipped: list[int]) -> Log:
     lines = [(t, v) for t, v in found["line"] if v >= 0 and v == int(v)]
     if len(lines) < 2:
         raise InputError(
-            "has no block numbers", file=str(path), remedy="expected an item Block_Number, Line or LineNumber"
+            "has no block numbers", file=path, remedy="expected an item Block_Number, Line or LineNumber"
         )
     begin = lines[0][0]
 

@@ -1,10 +1,8 @@
 """Figures for papers, drawn from the directory of a command: vector graphics with embedded fonts, axes with units.
 
 1. `source.py` reads a result directory: its tables, the comparison of strategies, the finished stock.
-2. `kinds.py` draws the kinds as matplotlib figures, `program.py` the listings, `references.py` several references,
-   `chips.py` the chips that `engage --chips` found, `section.py` the workpiece where they end,
-   `forces.py` measured forces and coefficients,
-   `deviation.py` places off the design.
+2. `kinds.py` draws the kinds as matplotlib figures, `chips.py` the chips that `engage --chips` found,
+   `section.py` the workpiece where they end, `forces.py` measured forces and coefficients, `deviation.py` places off the design.
 3. `body.py` draws a surface, a swept volume or its regions; `depth.py` looks at triangles along a direction: what is seen
    in every pixel, and how far away it is.
 4. `style.py` holds sizes, colours and fonts, and writes files.
@@ -34,26 +32,7 @@ from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import FORMATS, is_picture, write_figure, write_figures
 
 __all__ = [
-    "FORMATS",
-    "KINDS",
-    "OVER",
-    "TIMES",
-    "ChipTable",
-    "Results",
-    "draw",
-    "draw_chips",
-    "draw_coefficients",
-    "draw_deviation",
-    "draw_regions",
-    "draw_result",
-    "draw_section",
-    "draw_surface",
-    "draw_sweep",
-    "draw_trace",
-    "is_picture",
-    "load_deviation",
-    "load_section",
-    "load_trace",
-    "write_figure",
-    "write_figures",
-]
+    "FORMATS", "KINDS", "OVER", "TIMES", "ChipTable", "Results", "draw", "draw_chips", "draw_coefficients", "draw_deviation",
+    "draw_regions", "draw_result", "draw_section", "draw_surface", "draw_sweep", "draw_trace", "is_picture", "load_deviation",
+    "load_section", "load_trace", "write_figure", "write_figures",
+]  # fmt: skip

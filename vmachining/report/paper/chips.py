@@ -69,14 +69,12 @@ class ChipTable:
         """Raises InputError where `engage --chips` has not written, found nothing, or was of an earlier version."""
         files = folder / "chips.parquet", folder / "chip_points.parquet"
         if not all(file.is_file() for file in files):
-            raise InputError(
-                "no chips in this directory", file=str(folder), remedy="run engage --chips --out"
-            )
+            raise InputError("no chips in this directory", file=folder, remedy="run engage --chips --out")
         table, points = (pl.read_parquet(file) for file in files)
         if "path_mm" not in table.columns or not set(POINT) <= set(points.columns):
             raise InputError(
                 "the chips in this directory are of an earlier version",
-                file=str(folder),
+                file=folder,
                 remedy="run engage --chips again",
             )
         return cls.of(table, points)
@@ -90,16 +88,16 @@ class ChipTable:
                 "chips need a table with as many angles at every position", remedy="see chip_table"
             )
         fed = table["phi_feed_deg"].null_count() == 0
+        names = (
+            "phi_feed_deg" if fed else "phi_deg",
+            "length_mm",
+            "area_mm2",
+            "time_s",
+            "path_mm",
+            "phi_deg",
+        )
         angle, length, area, time, path, tool = (
-            table[name].to_numpy().reshape(positions, -1)
-            for name in (
-                "phi_feed_deg" if fed else "phi_deg",
-                "length_mm",
-                "area_mm2",
-                "time_s",
-                "path_mm",
-                "phi_deg",
-            )
+            table[name].to_numpy().reshape(positions, -1) for name in names
         )
         turn = (angle - tool)[:, 0]
         order = np.argsort(angle, axis=1, kind="stable")

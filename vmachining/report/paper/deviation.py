@@ -29,12 +29,12 @@ def load_deviation(folder: Path) -> pl.DataFrame:
     if rows is None:
         raise InputError(
             "no deviation was measured",
-            file=str(folder),
+            file=folder,
             remedy="run --engine vectors or dexel with a [design]",
         )
     rows = rows.drop_nulls("deviation_mm")
     if not len(rows):
-        raise InputError("nothing is outside of the tolerance", file=str(folder), remedy="lower tolerance_mm")
+        raise InputError("nothing is outside of the tolerance", file=folder, remedy="lower tolerance_mm")
     return rows
 
 

@@ -25,7 +25,7 @@ def load_trace(folder: Path) -> pl.DataFrame:
     path = folder / TRACE_FILE
     if not path.is_file():
         raise InputError(
-            "no measured forces in this directory", file=str(folder), remedy="run force predict --measured"
+            "no measured forces in this directory", file=folder, remedy="run force predict --measured"
         )
     return pl.read_csv(path, infer_schema_length=None).sort("trace_s")
 

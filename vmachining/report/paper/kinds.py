@@ -11,8 +11,6 @@ import polars as pl
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
 from vmachining.report.paper.depth import SEEN_PX, nearest_faces, viewed
-from vmachining.report.paper.program import program
-from vmachining.report.paper.references import draw_references
 from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import (
     BLUE,
@@ -25,6 +23,7 @@ from vmachining.report.paper.style import (
     canvas,
     look,
     panels,
+    shades,
 )
 
 if TYPE_CHECKING:
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     from vmachining.job import RunResult
 
 OVER = ("time", "block")
+Shown = Sequence[tuple[str, Sequence[tuple[str, str, str]]]]
 SHORT_SCALE = 30.0
 """A logarithmic axis that spans less names the steps between its decades."""
 
@@ -89,8 +89,20 @@ LOADS = (
 def load(results: Results, over: str, width_mm: float) -> Figure:
     """Loads over the program, as programmed and scheduled."""
     shown = [row for row in LOADS if results.blocks[row[0]].count()]
+    return _programmed(results, over, width_mm, shown, 28.0)
+
+
+def feed(results: Results, over: str, width_mm: float) -> Figure:
+    """Feed over the program, as programmed and scheduled."""
+    return _programmed(results, over, width_mm, [("feed_mm_min", "feed (mm/min)")], 48.0)
+
+
+def _programmed(
+    results: Results, over: str, width_mm: float, shown: Sequence[tuple[str, str]], each_mm: float
+) -> Figure:
+    """A panel for each column, as programmed and scheduled. shown : columns and their titles."""
     tables = _axes_of(results, over)
-    figure, grid = panels(len(shown), width_mm=width_mm, each_mm=28.0)
+    figure, grid = panels(len(shown), width_mm=width_mm, each_mm=each_mm)
     for axes, (name, label) in zip(grid, shown, strict=True):
         for axis in tables:
             _stairs(axes, axis, _column(axis.rows, name), color=axis.colour, label=axis.name)
@@ -138,24 +150,12 @@ def bracket(results: Results, over: str, width_mm: float) -> Figure:
     return _finish(figure, (top, below), over, axis.edges)
 
 
-def feed(results: Results, over: str, width_mm: float) -> Figure:
-    """Feed over the program, as programmed and scheduled."""
-    tables = _axes_of(results, over)
-    figure, grid = panels(1, width_mm=width_mm, each_mm=48.0)
-    for axis in tables:
-        _stairs(grid[0], axis, _column(axis.rows, "feed_mm_min"), color=axis.colour, label=axis.name)
-    grid[0].set_ylabel("feed (mm/min)")
-    grid[0].set_ylim(bottom=0.0)
-    _legend(figure, grid[0], len(tables))
-    return _finish(figure, grid, over, max((t.edges for t in tables), key=lambda e: e[-1]))
-
-
 def logged(results: Results, over: str, width_mm: float) -> Figure:
     """A log joined with the run: feed as programmed, reachable and logged, removal rate, power, and the load of the spindle."""
     path = results.folder / "logged.parquet"
     if not path.is_file():
         raise InputError(
-            "no log was joined", file=str(results.folder), remedy="`vmachining times join LOG --results DIR`"
+            "no log was joined", file=results.folder, remedy="`vmachining times join LOG --results DIR`"
         )
     rows = pl.read_parquet(path)
     logs = rows["log"].unique(maintain_order=True).to_list()
@@ -166,17 +166,13 @@ def logged(results: Results, over: str, width_mm: float) -> Figure:
     others = (
         ("mrr_mm3_min", "removal rate\n(mm³/min)"), ("power_w", "power (W)"), ("load", "spindle load\n(of the log)"),
     )  # fmt: skip
-    shown: list[tuple[str, list[tuple[str, str, str]]]] = [
-        ("feed (mm/min)", [("programmed_mm_min", GREY, "programmed"), ("reachable_mm_min", BLUE, "reachable"),
-                           ("logged_mm_min", RED, "logged")]),
-        *((label, [(name, ORANGE, "")]) for name, label in others if np.isfinite(_column(rows, name)).any()),
+    shown: Shown = [
+        ("feed (mm/min)", [("programmed_mm_min", "programmed", GREY), ("reachable_mm_min", "reachable", BLUE),
+                           ("logged_mm_min", "logged", RED)]),
+        *((label, [(name, "", ORANGE)]) for name, label in others if np.isfinite(_column(rows, name)).any()),
     ]  # fmt: skip
     figure, grid = panels(len(shown), width_mm=width_mm, each_mm=32.0)
-    for axes, (label, curves) in zip(grid, shown, strict=True):
-        for name, colour, words in curves:
-            _stairs(axes, axis, _column(rows, name), color=colour, label=words or None)
-        axes.set_ylabel(label)
-        axes.set_ylim(bottom=0.0)
+    _curves(axis, grid, shown)
     if len(logs) > 1:
         grid[0].set_title(f"{logs[0]}, the first of {len(logs)} logs")
     _legend(figure, grid[0], 3)
@@ -192,18 +188,21 @@ def engagement(results: Results, over: str, width_mm: float) -> Figure:
     )
     shown = [row for row in rows if any(results.blocks[name].count() for name, _, _ in row[1])]
     if not shown:
-        raise InputError(
-            "the table has no contact columns", file=str(results.folder), remedy="run the job again"
-        )
+        raise InputError("the table has no contact columns", file=results.folder, remedy="run the job again")
     axis = _axes_of(results, over)[0]
     figure, grid = panels(len(shown), width_mm=width_mm, each_mm=31.0)
-    for axes, (label, lines) in zip(grid, shown, strict=True):
-        for name, told, colour in lines:
-            _stairs(axes, axis, _column(axis.rows, name), color=colour, label=told or None)
-        axes.set_ylabel(label)
-        axes.set_ylim(bottom=0.0)
+    _curves(axis, grid, shown)
     _legend(figure, grid[0], len(shown[0][1]))
     return _finish(figure, grid, over, axis.edges)
+
+
+def _curves(axis: Axis, grid: Sequence[Axes], shown: Shown) -> None:
+    """Curves of the panels. shown : of each its title, and columns with their words and colours."""
+    for axes, (label, curves) in zip(grid, shown, strict=True):
+        for name, words, colour in curves:
+            _stairs(axes, axis, _column(axis.rows, name), color=colour, label=words or None)
+        axes.set_ylabel(label)
+        axes.set_ylim(bottom=0.0)
 
 
 def _legend(figure: Figure, axes: Axes, lines: int) -> None:
@@ -244,7 +243,7 @@ def schedule(results: Results, over: str, width_mm: float) -> Figure:
     table = results.strategies
     if table is None or len(table) < 2:
         raise InputError(
-            "no comparison of strategies", file=str(results.folder), remedy="run a job with a [feed] table"
+            "no comparison of strategies", file=results.folder, remedy="run a job with a [feed] table"
         )
     names = [
         name.replace("_", " ") + " (written)" * bool(asked)
@@ -294,6 +293,152 @@ def _force_label(table: pl.DataFrame) -> str:
     """The load of the force strategy by its unit."""
     units = dict(zip(table["strategy"].to_list(), table["unit"].to_list(), strict=True))
     return {"N mm": "torque", "W": "power", "mm": "deflection"}.get(units.get("force") or "N", "force")
+
+
+LOAD = (
+    ("force_n", "peak force (N)"), ("chip_area_mm2", "chip area (mm²)"), ("mrr_mm3_min", "volume rate (mm³/min)"),
+)  # fmt: skip
+MOST = 40
+"""Lines on a page."""
+
+WORDS = 38
+"""Letters of a line that have room."""
+
+
+def lines_shown(blocks: pl.DataFrame, load: str, count: int = MOST) -> tuple[int, int]:
+    """First and last line of the program, end not included: `count` blocks around the largest load."""
+    rows = blocks.sort("block")
+    at = int(rows[load].fill_null(-1.0).arg_max() or 0)
+    low = max(0, min(at - count // 2, len(rows) - count))
+    lines = rows["line"].to_list()[low : low + count]
+    return min(lines), max(lines) + 1
+
+
+def program(results: Results, over: str, width_mm: float) -> Figure:
+    """Lines of the original and of the scheduled program side by side, around the largest load, with that load as bars."""
+    after = results.scheduled
+    if after is None:
+        raise InputError(
+            "no schedule to compare with", file=results.folder, remedy="run a job with a [feed] table"
+        )
+    load, label = next((row for row in LOAD if results.blocks[row[0]].count()), LOAD[-1])
+    first, last = lines_shown(results.blocks, load)
+    before = results.blocks.filter(pl.col("line").is_between(first, last, closed="left"))
+    # the same stretch of the path: blocks that were divided end where the block of the original does
+    ends = before.select("x_mm", "y_mm", "z_mm").to_numpy()
+    mine = _between(after, ends[0], ends[-1], int(before["block"][0]))
+    sides = (("as programmed", before, GREY), ("scheduled", mine.head(MOST), GREEN))
+    most = max(float(rows[load].fill_null(0.0).max() or 0.0) for _, rows, _ in sides)  # type: ignore[arg-type]
+    count = max(len(rows) for _, rows, _ in sides)
+    figure = canvas(width_mm, 3.6 * count + 20.0)
+    grid = figure.subplots(1, 4, width_ratios=(1.25, 1.0, 1.25, 1.0))
+    for text, axes, (name, rows, colour) in zip(grid[::2], grid[1::2], sides, strict=True):
+        _listing(text, rows, count)
+        axes.barh(np.arange(len(rows)), rows[load].fill_null(0.0).to_numpy(), color=colour, height=0.75)
+        axes.set(ylim=(count - 0.4, -0.6), xlim=(0.0, 1.05 * most or 1.0), yticks=[], xlabel=label)
+        axes.grid(visible=False, axis="y")
+        spent = float(rows["time_s"].fill_null(0.0).sum())
+        text.set_title(f"{name}: {len(rows)} blocks, {spent:.4g} s", loc="left")
+    return figure
+
+
+def _between(rows: pl.DataFrame, start: Floats, end: Floats, block: int) -> pl.DataFrame:
+    """Rows from the one that ends at a point to the first after it that ends at another."""
+    points = rows.select("x_mm", "y_mm", "z_mm").to_numpy()
+    begins = np.flatnonzero(np.abs(points - start).max(axis=1) < SAME_MM)
+    first = int(begins[begins >= block][0]) if (begins >= block).any() else block
+    stops = np.flatnonzero(np.abs(points - end).max(axis=1) < SAME_MM)
+    last = int(stops[stops >= first][0]) if (stops >= first).any() else first + MOST
+    return rows[first : last + 1]
+
+
+SAME_MM = 1e-3
+"""Programs are written with three decimals at least."""
+
+
+def _listing(axes: Axes, rows: pl.DataFrame, count: int) -> None:
+    """Numbers and text of the lines."""
+    for k, (line, text) in enumerate(rows.select("line", "text").iter_rows()):
+        words = " ".join(str(text).split())
+        words = words if len(words) <= WORDS else f"{words[: WORDS - 1]}…"
+        axes.text(0.0, k, f"{line:>6}  {words}", va="center", family="DejaVu Sans Mono", fontsize=5.0)
+    axes.set(ylim=(count - 0.4, -0.6), xlim=(0.0, 1.0))
+    axes.set_axis_off()
+
+
+UNIT_LOADS = {
+    "mm³/min": "volume rate",
+    "mm²": "chip area",
+    "N mm": "torque",
+    "W": "power",
+    "mm": "deflection",
+}
+"""Loads by their unit; force where it is another one."""
+
+
+def draw_references(results: Results, over: str, width_mm: float = WIDTH_MM) -> Figure:
+    """Feed and load of every reference over blocks or over its own time; below, time at feed and time saved over the reference.
+
+    Raises InputError: The job names no references.
+    """
+    file = results.folder / "references.csv"
+    if not file.is_file():
+        raise InputError(
+            "no schedules by other references", file=results.folder,
+            remedy="name `references` under [feed] and run the job",
+        )  # fmt: skip
+    table = pl.read_csv(file, schema_overrides={"reference": pl.Float64}, infer_schema_length=None)
+    unit = str(table["unit"][0])
+    runs = table.partition_by("reference", "written", maintain_order=True)
+    before = float(runs[0]["time_s"].sum())
+    with look():
+        figure = canvas(width_mm, 132.0)
+        feed, load, spent = figure.subplots(3, 1, height_ratios=(1.2, 1.2, 1.0))
+        feed.sharex(load)
+        colours = [GREY, *shades(len(runs) - 1)]
+        for rows, colour in zip(runs, colours, strict=True):
+            goal = rows["reference"][0]
+            name = "as programmed" if goal is None else f"{goal:.4g}{' (written)' * rows['written'][0]}"
+            if over == "time":
+                edges = np.concatenate([[0.0], np.cumsum(rows["time_s"].fill_null(0.0).to_numpy())])
+            else:
+                ends = (rows["block"] + rows["end"]).to_numpy()
+                edges = np.concatenate([[float(rows["block"][0])], ends]) - 0.5
+            for axes, column in ((feed, "feed_mm_min"), (load, "load")):
+                values = rows[column].cast(pl.Float64).fill_null(float("nan")).to_numpy()
+                axes.stairs(values, edges, baseline=None, color=colour, label=name)
+        feed.set_ylabel("feed (mm/min)")
+        load.set(
+            ylabel=f"{UNIT_LOADS.get(unit, 'force')}\n({unit})",
+            xlabel="time at feed (s)" if over == "time" else "block",
+        )
+        after = [rows for rows in runs if rows["reference"][0] is not None]
+        goals = np.array([rows["reference"][0] for rows in after])
+        seconds = np.array([rows["time_s"].sum() for rows in after])
+        order = np.argsort(goals, kind="stable")
+        spent.plot(goals[order], seconds[order], "o-", ms=3, color=colours[1], label="time at feed")
+        spent.axhline(before, color=GREY, lw=0.8, ls=":")
+        spent.set(xlabel=f"reference ({unit})", ylabel="time at feed (s)")
+        saved = spent.twinx()
+        saved.plot(
+            goals[order],
+            100.0 * (1.0 - seconds[order] / before),
+            "s--",
+            ms=3,
+            color=colours[-1],
+            label="time saved",
+        )
+        saved.set_ylabel("time saved (%)")
+        saved.spines["right"].set_visible(True)
+        saved.grid(visible=False)
+        both = [h for axes in (spent, saved) for h in axes.get_legend_handles_labels()[0]]
+        spent.legend(both, [str(h.get_label()) for h in both], loc="center right")
+        for axes in (feed, load, spent):
+            axes.set_ylim(bottom=0.0)
+        figure.legend(
+            *feed.get_legend_handles_labels(), loc="outside upper right", ncols=6, title=f"reference ({unit})"
+        )
+        return figure
 
 
 KINDS: dict[str, Callable[[Results, str, float], Figure]] = {

@@ -22,9 +22,7 @@ def load_section(folder: Path) -> pl.DataFrame:
     """The table of `engage --section`. InputError: It was not written."""
     path = folder / "section.parquet"
     if not path.is_file():
-        raise InputError(
-            "no section in this directory", file=str(folder), remedy="run engage --section 90 --out"
-        )
+        raise InputError("no section in this directory", file=folder, remedy="run engage --section 90 --out")
     return pl.read_parquet(path)
 
 

@@ -53,13 +53,13 @@ class Results:
         if manifest is None or not table.is_file():
             raise InputError(
                 "no result directory of `vmachining run`",
-                file=str(folder),
+                file=folder,
                 remedy="give what run had as --out",
             )
         if not manifest.get("complete", False):
             raise InputError(
                 "the run in this directory has not ended",
-                file=str(folder),
+                file=folder,
                 remedy="continue with run --resume",
             )
         scheduled, strategies = folder / "scheduled_blocks.parquet", folder / "strategies.csv"
@@ -83,6 +83,4 @@ class Results:
             if (self.folder / name).is_file():
                 mesh = read_mesh(self.folder / name)
                 return mesh.vertices, mesh.triangles
-        raise InputError(
-            "no stock.stl or stock.3mf", file=str(self.folder), remedy="run the job with --stock stl"
-        )
+        raise InputError("no stock.stl or stock.3mf", file=self.folder, remedy="run the job with --stock stl")
