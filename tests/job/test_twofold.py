@@ -55,7 +55,7 @@ def arrays(solid):
 @given(st.lists(st.tuples(*[st.integers(0, 3)] * 3), min_size=2, max_size=30))
 def test_heaps_of_cubes_that_touch_along_edges(place, cells):
     solid = sum((CUBE.translate(tuple(map(float, cell))) for cell in cells), Manifold()).translate(place)
-    points, triangles = twofold(*arrays(solid), single, 2.0**-24)
+    points, triangles, _ = twofold(*arrays(solid), single, 2.0**-24)
     shape = as_a_reader_has_it(points, triangles)
     assert shape.is_watertight and shape.is_winding_consistent
     # each coordinate is within half a unit in the last place, and a new point within four of its edge
@@ -67,7 +67,7 @@ def test_heaps_of_cubes_that_touch_along_edges(place, cells):
 def test_two_cubes_at_an_edge_were_no_solid_before():
     both = arrays(CUBE + CUBE.translate((1, 1, 0)))
     assert not as_a_reader_has_it(*both).is_watertight
-    points, triangles = twofold(*both, single, 2.0**-24)
+    points, triangles, _ = twofold(*both, single, 2.0**-24)
     assert as_a_reader_has_it(points, triangles).is_watertight and len(triangles) == len(both[1]) + 2
 
 

@@ -304,28 +304,24 @@ def _solids(stock: Blank, past: list[Past], seconds: float) -> AbstractContextMa
 def _check(
     at: float, method: str, angles: int, phase: float, edge: str, seconds: float, pitch: float
 ) -> None:
-    if method not in METHODS:
-        raise InputError(f"unknown method {method!r}", remedy=f"one of {', '.join(METHODS)}")
-    if not (math.isfinite(pitch) and pitch > 0.0):
-        raise InputError(f"a pitch of {pitch:g} mm: expected a positive number")
-    if method == "analytic" and edge == "helix":
-        raise InputError(
-            "method 'analytic' works with the straight edge only", remedy="take dexel or brep for a helix"
-        )
-    if edge not in EDGES:
-        raise InputError(f"unknown edge {edge!r}", remedy=f"one of {', '.join(EDGES)}")
-    if not 0.0 <= at <= 1.0:
-        raise InputError(
-            f"the fraction {at:g} of the block is not between 0 and 1", remedy="0.5 is its middle"
-        )
-    if not LEAST_ANGLES <= angles <= MOST_ANGLES:
-        raise InputError(
-            f"{angles} angles: expected {LEAST_ANGLES} to {MOST_ANGLES}", remedy="360 is one per degree"
-        )
-    if not 0.0 <= phase < 1.0:
-        raise InputError(f"phase {phase:g} of the angles is not from 0 to below 1")
-    if not (math.isfinite(seconds) and seconds > 0.0):
-        raise InputError(f"a limit of {seconds} s: expected a positive number")
+    many = f"{angles} angles: expected {LEAST_ANGLES} to {MOST_ANGLES}"
+    straight = "method 'analytic' works with the straight edge only"
+    for right, wrong, remedy in (
+        (method in METHODS, f"unknown method {method!r}", f"one of {', '.join(METHODS)}"),
+        (math.isfinite(pitch) and pitch > 0.0, f"a pitch of {pitch:g} mm: expected a positive number", None),
+        (method != "analytic" or edge != "helix", straight, "take dexel or brep for a helix"),
+        (edge in EDGES, f"unknown edge {edge!r}", f"one of {', '.join(EDGES)}"),
+        (0.0 <= at <= 1.0, f"the fraction {at:g} of the block is not between 0 and 1", "0.5 is its middle"),
+        (LEAST_ANGLES <= angles <= MOST_ANGLES, many, "360 is one per degree"),
+        (0.0 <= phase < 1.0, f"phase {phase:g} of the angles is not from 0 to below 1", None),
+        (
+            math.isfinite(seconds) and seconds > 0.0,
+            f"a limit of {seconds} s: expected a positive number",
+            None,
+        ),
+    ):
+        if not right:
+            raise InputError(wrong, remedy=remedy)
 
 
 def _helix(tool: Tool, number: int) -> float:

@@ -135,9 +135,8 @@ class _Chunk:
                 np.empty((0, *shape), KINDS.get(name, np.float64)), *(getattr(chunk, name) for chunk in chunks)
             ]) for name, shape in shapes.items()
         }  # fmt: skip
-        missing = dict(
-            item for chunk in reversed(chunks) for item in chunk.missing.items()
-        )  # the first one counts
+        # the first one counts
+        missing = dict(item for chunk in reversed(chunks) for item in chunk.missing.items())
         return cls(notes=[note for chunk in chunks for note in chunk.notes], missing=missing, **arrays)
 
     def split(self, sizes: Ints, missing: Sequence[dict[str, str]]) -> Iterator[_Chunk]:
@@ -339,9 +338,8 @@ class _Pass:
             seen.columns[:, 0] * per_feed[station], np.zeros(len(station), dtype=np.int64), np.empty((0, 3)),
             [None] * len(numbers), self._missing(asked),
         )  # fmt: skip
-        single = every.single[
-            out.block
-        ]  # blocks of several motions keep their feed, and a scheduler needs nothing of them
+        # blocks of several motions keep their feed, and a scheduler needs nothing of them
+        single = every.single[out.block]
         if self.forcing is not None or self.watch is not None:
             self._loads(out, asked, owner, range(first, numbers.stop), rows, seen, begin, single)
         else:

@@ -376,9 +376,8 @@ def _arc_peaks(move: Move, machine: Machine) -> tuple[Floats, Floats]:
     """Largest |q'| and |q''| of the slides of a chain in an arc, in their order, while the rotary axes stand where it ends."""
     along, across, rise, angle = _arc_rates(move)
     if not move.tcp:
-        order = [
-            "XYZ".find(machine.axes[i].name[0].upper()) for i in machine.slides
-        ]  # -1: another slide, which rests
+        # -1: another slide, which rests
+        order = ["XYZ".find(machine.axes[i].name[0].upper()) for i in machine.slides]
         return tuple(np.append(v, 0.0)[order] for v in _peaks(along, across, rise, angle))  # type: ignore[return-value]
     still = machine.joints(degrees=True, **(move.rotary_deg or {}))
     tips = np.vstack([np.zeros(3), np.eye(3)])

@@ -314,9 +314,8 @@ class _Writer:
         above = high + [reach, reach, 0.0]
         why = "around what the tools sweep"
         first_cut = self.cutting[0]
-        zero = (
-            first_cut.end[2] - first_cut.end_program[2] if first_cut.rotation_deg == 0.0 else 0.0
-        )  # G92, G54
+        # G92, G54
+        zero = first_cut.end[2] - first_cut.end_program[2] if first_cut.rotation_deg == 0.0 else 0.0
         tilted = any(m.axis_end is not None and m.axis_end != (0.0, 0.0, 1.0) for m in self.cutting)
         if self.letters or tilted or self.program.dialect == "poses":
             above[2] += ALLOWANCE_MM

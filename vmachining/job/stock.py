@@ -18,7 +18,7 @@ from vmachining.errors import InputError, StockError
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Vectors
-from vmachining.job.twofold import twofold_from
+from vmachining.job.twofold import twofold
 from vmachining.stock import (
     BoxStock,
     CylinderStock,
@@ -175,7 +175,7 @@ def write_stock(mesh: Triangles, path: Path, block: Ints | None = None) -> float
     block : (m,) that cut each triangle, -1 of the raw stock: its colour in the file, see `block_colors`; None: no colours.
     """
     rounded, ulp = (_decimal, 0.0) if path.suffix == ".3mf" else (_single, 2.0**-24)
-    vertices, triangles, source = twofold_from(*mesh, rounded, ulp)
+    vertices, triangles, source = twofold(*mesh, rounded, ulp)
     owner = None if block is None else block[source]
     with atomic_path(path) as temporary:
         if path.suffix == ".stl":

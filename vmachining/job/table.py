@@ -25,7 +25,7 @@ from vmachining.arrays import Floats
 from vmachining.errors import JobError
 from vmachining.job.files import atomic_path, writing
 
-COLUMNS_MEAN: dict[str, tuple[type[pl.DataType], str]] = {
+BLOCKS: dict[str, tuple[type[pl.DataType], str]] = {
     "block": (pl.Int64, "number of the block, from 0, in program order"),
     "line": (pl.Int64, "line of the program"),
     "text": (pl.String, "that line as it is written"),
@@ -73,8 +73,8 @@ COLUMNS_MEAN: dict[str, tuple[type[pl.DataType], str]] = {
 }  # fmt: skip
 """Every column of `blocks`: its type and what it holds; what this version does not compute stays empty."""
 
-COLUMNS = {name: kind for name, (kind, _) in COLUMNS_MEAN.items()}
-MEANINGS = {name: meaning for name, (_, meaning) in COLUMNS_MEAN.items()}
+COLUMNS = {name: kind for name, (kind, _) in BLOCKS.items()}
+MEANINGS = {name: meaning for name, (_, meaning) in BLOCKS.items()}
 
 OPINION = tuple(name for name in COLUMNS if "brep" in name or "dexel" in name)
 """Columns that other engines than the one that cuts fill in."""

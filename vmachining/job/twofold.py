@@ -35,18 +35,12 @@ LEAST_MM = 1e-6
 
 def twofold(
     points: Floats, triangles: Ints, rounded: Callable[[Floats], Floats], ulp: float
-) -> tuple[Floats, Ints]:
+) -> tuple[Floats, Ints, Ints]:
     """Points (n, 3) and triangles (m, 3) of the same surface; each edge of a closed one has two triangles.
 
     rounded : coordinates as the file will hold them. ulp : mm, relative unit of the last place there.
+    Returns points, triangles, and (m,) which of the triangles given each is, or is a piece of.
     """
-    return twofold_from(points, triangles, rounded, ulp)[:2]
-
-
-def twofold_from(
-    points: Floats, triangles: Ints, rounded: Callable[[Floats], Floats], ulp: float
-) -> tuple[Floats, Ints, Ints]:
-    """The same, and (m,) which of the triangles given each is, or is a piece of."""
     points, triangles, source = _joined(rounded(points), triangles)
     edges = defaultdict(list)
     ends = np.zeros((3 * len(triangles), 3), dtype=np.int64)

@@ -42,13 +42,12 @@ from vmachining.progress import Progress
 from vmachining.stock import Triangles
 
 KIND = "vmachining reference pack"
-COLUMNS = [*COLUMNS_MEAN]
-COLUMNS[COLUMNS.index("x_mm") + 1 : COLUMNS.index("i")] = ["y_mm", "z_mm"]
-COLUMNS[COLUMNS.index("warning") : COLUMNS.index("warning")] = [
-    "removed_dexel_lo_mm3",
-    "removed_dexel_hi_mm3",
-]
-COLUMNS[COLUMNS.index("i") + 1 : COLUMNS.index("length_mm")] = ["j", "k"]
+LIKEWISE = {
+    "x_mm": ("y_mm", "z_mm"),
+    "i": ("j", "k"),
+    "removed_dexel_mm3": ("removed_dexel_lo_mm3", "removed_dexel_hi_mm3"),
+}
+COLUMNS = [name for first in COLUMNS_MEAN for name in (first, *LIKEWISE.get(first, ()))]
 LEFT_OUT = (
     "seconds", "stage_seconds", "peak_mb", "time_s", "scheduled_time_s", "ideal_time_s", "scheduled_ideal_time_s",
 )  # fmt: skip

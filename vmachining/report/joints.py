@@ -43,27 +43,17 @@ def write_joints(
             if np.isfinite(axis.lower + axis.upper)
             else "no ends"
         )
-        panels.append(
-            Panel(
-                title=f"{axis.name} · travel: {travel}",
-                svg=chart(
-                    [Curve(f"{axis.name} of {machine.name}", number, angle)], x="pose", y="degrees",
-                    marks=own, levels=levels,
-                ),
-            )
-        )  # fmt: skip
+        curves = [Curve(f"{axis.name} of {machine.name}", number, angle)]
+        svg = chart(curves, x="pose", y="degrees", marks=own, levels=levels)
+        panels.append(Panel(title=f"{axis.name} · travel: {travel}", svg=svg))
     rewinds = sum(j.kind == "rewind" for j in path.jumps)
     if path.jumps:
-        panels.append(
-            Panel(
-                title="Where an axis turns far more than the tool",
-                head=("pose", "line", "axis", "turns by, degrees", "tool turns by, degrees", "kind"),
-                rows=[
-                    (j.pose, lines[j.pose], j.name, f"{np.degrees(j.turn):.1f}", f"{np.degrees(j.tool):.2f}", j.kind)
-                    for j in path.jumps
-                ],
-            )
-        )  # fmt: skip
+        panels.append(Panel(
+            title="Where an axis turns far more than the tool",
+            head=("pose", "line", "axis", "turns by, degrees", "tool turns by, degrees", "kind"),
+            rows=[(j.pose, lines[j.pose], j.name, f"{np.degrees(j.turn):.1f}", f"{np.degrees(j.tool):.2f}", j.kind)
+                  for j in path.jumps],
+        ))  # fmt: skip
     write_page(
         out, panels, kind="rotary angles", name=name,
         subtitle=f"{machine.name} ({machine.chain}) · {len(number)} poses, fewest rewinds over the whole path",

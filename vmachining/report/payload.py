@@ -88,6 +88,9 @@ MORE = (
 )
 
 
+BLOCK = ("block", "block number", "")
+
+
 @dataclass(frozen=True, slots=True)
 class Payload:
     """text : base64 of the container. stride : every how manieth motion is drawn. rows : blocks that are drawn.
@@ -127,8 +130,7 @@ def payload(
     time = np.nan_to_num(blocks["time_s"].fill_null(0.0).to_numpy())
     length = np.nan_to_num(blocks["length_mm"].fill_null(0.0).to_numpy())
     arrays: dict[str, Any] = {
-        "block": drawn["block"].to_numpy().astype("<i4"), "line": drawn["line"].to_numpy().astype("<i4"),
-        "begin_s": (np.cumsum(time) - time)[rows].astype("<f4"), "begin_mm": (np.cumsum(length) - length)[rows].astype("<f4"),
+        **_along(drawn, rows, time, length),
         "removed_lo_mm3": _column(drawn, "removed_lo_mm3"), "removed_hi_mm3": _column(drawn, "removed_hi_mm3"),
         "bracket_percent": _bracket_percent(drawn), "warned": drawn["warning"].is_not_null().to_numpy().astype("u1"),
         "vertices": mesh.vertices.astype("<f4").ravel(), "triangles": mesh.triangles.astype("<u4").ravel(),
@@ -148,28 +150,19 @@ def payload(
         rate = np.asarray(result.schedule.after_rate, dtype="<f4")  # type: ignore[union-attr]
         arrays["scheduled_mrr_mm3_min"] = rate[rows]
     known = set(arrays)
-    loads: list[dict[str, Any]] = [
-        {"name": n, "label": label, "unit": unit} for n, label, unit in filled if (n, label, unit) in LOADS
-    ]
+    loads = _titled({name for name, _, _ in filled}, *LOADS)
     loads.sort(key=lambda entry: entry["name"] != load[0])
     if deviation is not None:
         arrays["deviation_mm"] = deviation.distance.astype("<f4")
-        loads.append(
-            {
-                "name": "deviation_mm",
-                "label": "deviation from the design",
-                "unit": "mm",
-                "reach": deviation.reach,
-            }
-        )
-    loads += [{"name": "bracket_percent", "label": "width of the bracket", "unit": "%"},
-              {"name": "block", "label": "block number", "unit": ""}]  # fmt: skip
+        loads += _titled(["deviation_mm"], ("deviation_mm", "deviation from the design", "mm"))
+        loads[-1]["reach"] = deviation.reach
+    loads += _titled(["bracket_percent", "block"], ("bracket_percent", "width of the bracket", "%"), BLOCK)
     header = {
         "texts": [text or "" for text in drawn["text"].to_list()],
         "source": _source(result.program, blocks),
         "warnings": dict(drawn.filter(pl.col("warning").is_not_null()).select("block", "warning").iter_rows()),
         "loads": loads,
-        "details": [{"name": n, "label": label, "unit": unit} for n, label, unit in (*MORE, *LOADS) if n in known],
+        "details": _titled(known, *MORE, *LOADS),
         "curves": _curves(known),
         "ends": {"time": float(time.sum()), "length": float(length.sum())},
         "tools": tools,
@@ -207,23 +200,19 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
     )
     growing = {} if job is None else {name: np.full(len(rows), np.nan, dtype="<f4") for name in GROWING}
     arrays = {
-        "block": drawn["block"].to_numpy().astype("<i4"), "line": drawn["line"].to_numpy().astype("<i4"),
-        "begin_s": (np.cumsum(time) - time)[rows].astype("<f4"),
-        "begin_mm": (np.cumsum(length) - length)[rows].astype("<f4"),
+        **_along(drawn, rows, time, length),
         "warned": np.zeros(len(rows), dtype="u1"),
         "vertices": np.zeros(0, dtype="<f4"), "triangles": np.zeros(0, dtype="<u4"), "face_block": np.zeros(0, dtype="<i4"),
         **{name: _column(drawn, name) for name in ("feed_mm_min", "length_mm", "time_s")}, **path, **growing,
         **_rotary(toolpath, drawn["block"].to_numpy()),
         **field.pop("arrays"),
     }  # fmt: skip
-    words = [entry for entry in (*MORE, *LOADS) if entry[0] in arrays]
     header = {
         "texts": drawn["text"].to_list(),
         "source": _source(toolpath.program, table),
         "warnings": {},
-        "loads": [{"name": n, "label": label, "unit": unit} for n, label, unit in LOADS if n in arrays]
-        + [{"name": "block", "label": "block number", "unit": ""}],
-        "details": [{"name": name, "label": label, "unit": unit} for name, label, unit in words],
+        "loads": [*_titled(arrays, *LOADS), *_titled(["block"], BLOCK)],
+        "details": _titled(arrays, *MORE, *LOADS),
         "curves": _curves(set(arrays)),
         "ends": {"time": float(time.sum()), "length": float(length.sum())},
         "tools": tools,
@@ -231,6 +220,19 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
         "live": job is not None,
     }  # fmt: skip
     return Payload(packed(header, arrays), stride, len(rows), next(iter(field), ""))
+
+
+def _along(drawn: pl.DataFrame, rows: Ints, time: Floats, length: Floats) -> dict[str, Any]:
+    """Where the blocks that are drawn are: their lines, and time and path before them."""
+    return {
+        "block": drawn["block"].to_numpy().astype("<i4"), "line": drawn["line"].to_numpy().astype("<i4"),
+        "begin_s": (np.cumsum(time) - time)[rows].astype("<f4"), "begin_mm": (np.cumsum(length) - length)[rows].astype("<f4"),
+    }  # fmt: skip
+
+
+def _titled(names: Container[str], *entries: tuple[str, str, str]) -> list[dict[str, Any]]:
+    """Name, label and unit of those of the columns that there are."""
+    return [{"name": n, "label": label, "unit": unit} for n, label, unit in entries if n in names]
 
 
 def _feed(move: Move) -> float:

@@ -31,37 +31,22 @@ def write_times(found: Sequence[Comparison], out: Path) -> None:
             Curve(words, edges, _closed(windows[name]), stepped=True, dashed=words == "programmed")
             for name, words in FEEDS.items()
         ]
-        panels.append(
-            Panel(
-                title=f"{one.name}: mean feed over {LATE_S:.0f} s and more",
-                svg=chart(feeds, x="logged time, s", y="mm/min", zero=True),
-                text="Intervals with rapids or changes are left out. Programmed: at the overrides of the log.",
-            )
-        )
+        panels.append(Panel(
+            title=f"{one.name}: mean feed over {LATE_S:.0f} s and more",
+            svg=chart(feeds, x="logged time, s", y="mm/min", zero=True),
+            text="Intervals with rapids or changes are left out. Programmed: at the overrides of the log.",
+        ))  # fmt: skip
         if np.isfinite(rows["load"].to_numpy()).any():
-            load = Curve("load", at, _closed(rows["load"]), stepped=True)
-            panels.append(
-                Panel(
-                    title="Load of the spindle",
-                    svg=chart([load], x="logged time, s", y="of the log", zero=True),
-                )
-            )
-        cells = [
-            (
-                f"tool {t['tool']}",
-                f"{t['predicted_s']:.1f}",
-                f"{t['logged_s']:.1f}",
-                f"{100 * t['error']:+.1f} %",
-            )
-            for t in one.tools
-        ]
-        whole = ("whole", f"{one.predicted_s:.1f}", f"{one.logged_s:.1f}", f"{100 * one.error:+.1f} %")
-        panels.append(
-            Panel(
-                title="Predicted and logged", head=("", "predicted, s", "logged, s", "error"), rows=[*cells, whole],
-                text="; ".join(f"not compared: {s:.0f} s of {why}" for why, s in one.left_out.items()),
-            )
-        )  # fmt: skip
+            load = [Curve("load", at, _closed(rows["load"]), stepped=True)]
+            svg = chart(load, x="logged time, s", y="of the log", zero=True)
+            panels.append(Panel(title="Load of the spindle", svg=svg))
+        parts = [(f"tool {t['tool']}", t["predicted_s"], t["logged_s"], t["error"]) for t in one.tools]
+        parts.append(("whole", one.predicted_s, one.logged_s, one.error))
+        panels.append(Panel(
+            title="Predicted and logged", head=("", "predicted, s", "logged, s", "error"),
+            rows=[(name, f"{told:.1f}", f"{took:.1f}", f"{100 * off:+.1f} %") for name, told, took, off in parts],
+            text="; ".join(f"not compared: {s:.0f} s of {why}" for why, s in one.left_out.items()),
+        ))  # fmt: skip
         worst = rows.filter(pl.col("compared") & (pl.col("logged_s") > LATE_S)).with_columns(
             off=(pl.col("predicted_s") - pl.col("logged_s"))
         )

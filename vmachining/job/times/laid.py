@@ -139,13 +139,14 @@ def lay(log: Log, driven: Driven) -> Laid:
     first, last, logged = number[:-1], number[1:], np.diff(time)
     top = int(lines.max()) + 2
     held = np.zeros((len(first), 5)) if driven.pace.lines is None else _events(driven.pace.lines, first, last)
-    if len(
-        log.tool.time
-    ):  # a log that names tools, and names none during a change: the tool was in the spindle
+    # a log that names tools, and names none during a change: the tool was in the spindle
+    if len(log.tool.time):
         until = np.append(time[2:], time[-1:])
-        named = np.searchsorted(log.tool.time, until, side="right") > np.searchsorted(
-            log.tool.time, time[:-1]
+        begun, ended = (
+            np.searchsorted(log.tool.time, time[:-1]),
+            np.searchsorted(log.tool.time, until, side="right"),
         )
+        named = ended > begun
         held[~named, 0] = 0.0
     fast, active = np.zeros(top + 1), np.zeros(top + 1)
     moving = driven.length > 0
@@ -187,9 +188,8 @@ def lay(log: Log, driven: Driven) -> Laid:
 def _repeated(lines: Ints, first: Ints, stop: Ints, top: int) -> Bools:
     """(k,) intervals [first, stop) whose moves do not follow each other in the program, or whose lines another interval holds."""
     order = np.argsort(lines, kind="stable")
-    turn = np.cumsum(np.diff(lines, prepend=lines[0]) < 0)[
-        order
-    ]  # counts how often the program has stepped back
+    # counts how often the program has stepped back
+    turn = np.cumsum(np.diff(lines, prepend=lines[0]) < 0)[order]
     other = np.concatenate([[0], np.cumsum(np.diff(turn) != 0), [0]])
     begin, end = (np.searchsorted(lines[order], v) for v in (first, stop))
     apart = (end > begin) & (other[np.maximum(end - 1, 0)] != other[np.minimum(begin, len(lines) - 1)])
