@@ -169,7 +169,8 @@ def test_seconds_and_memory_are_taken_after_the_report(job: Path, tmp_path: Path
 def test_time_within_a_stage_is_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = iter([0.0, 1.0, 4.0, 6.0, 100.0, 103.0])
     monkeypatch.setattr("time.perf_counter", lambda: next(clock))
-    spent = Spent({"cut": 10.0})
+    spent = Spent()
+    spent.add({"cut": 10.0})
     with spent.on("read"), spent.on("cut"):  # 0 to 1 reading, 1 to 4 cutting, 4 to 6 reading
         pass
     with spent.on("files"):

@@ -20,7 +20,7 @@ from vmachining.machine import (
     write_csv,
     write_npz,
 )
-from vmachining.report.pulses import write_pulses
+from vmachining.report.scene import write_pulses
 
 PROGRAM = """\
 N10 G21 G90 G17

@@ -60,7 +60,7 @@ def dda(o: Dda) -> int:
             else:
                 write_npz(temporary, blocks, interpolator)
     if plot is not None:
-        from vmachining.report.pulses import write_pulses
+        from vmachining.report.scene import write_pulses
 
         write_pulses(plot, blocks, paths, blu, name=program.name)
     summary = _summary(blocks, interpolator)

@@ -48,7 +48,7 @@ def sweep(o: Sweep) -> int:
         record = sweep_record(found, o.chord, step, said, brep=brep, seconds=o.seconds, known=tell)
         if plot is not None:
             said(f"writing {plot.name}")
-            from vmachining.report.sweep import plot_sweep
+            from vmachining.report.scene import plot_sweep
 
             if drawn:
                 write_figure(draw_regions(found, times=times), plot)

@@ -31,7 +31,7 @@ from vmachining.geometry import Arc
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import CutterPath
-from vmachining.job.reading import refuse_unknown_tools
+from vmachining.job.reading import IDLE, refuse_unknown_tools
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion
 from vmachining.stock import Stock
@@ -99,7 +99,7 @@ def feed_motions(
     moves = [
         (m.tool, path)
         for m, path in zip(toolpath.moves, toolpath.paths, strict=True)
-        if m.motion not in (Motion.RAPID, Motion.DWELL) and m.tool in tools
+        if m.motion not in IDLE and m.tool in tools
     ]
     chosen = moves[:: max(1, len(moves) // SAMPLE)]
     return chosen, len(moves) / max(1, len(chosen))
@@ -269,8 +269,7 @@ def refuse_no_cut(job: Job, toolpath: Toolpath, tools: Mapping[int, ToolParts], 
     Raises NCError, StockError: It is one of these.
     """
     refuse_unknown_tools(toolpath.program, tools, ", ".join(map(str, sorted(tools))))
-    idle = (Motion.RAPID, Motion.DWELL)
-    if not any(m.motion not in idle for m in toolpath.near(tools, stock.bounds)):
+    if not any(m.motion not in IDLE for m in toolpath.near(tools, stock.bounds)):
         raise never_reached(job, toolpath, tools, stock)
 
 

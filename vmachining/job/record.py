@@ -137,8 +137,8 @@ class Spent:
     seconds : {stage: s}, of earlier processes that worked on the same run, too. workers_mb : peak of other processes.
     """
 
-    def __init__(self, earlier: Mapping[str, float] | None = None) -> None:
-        self.seconds = dict(earlier or {})
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
         self.workers_mb = 0.0
         self._under_way: list[str] = []
         self._since = 0.0

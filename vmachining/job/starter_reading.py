@@ -10,7 +10,8 @@ from typing import Any
 
 from vmachining.job.asked import GIVEN, libraries_beside
 from vmachining.job.jobfile import MM_PER_INCH
-from vmachining.nc import Motion, Program, ToolEntry, is_g_code, lex_line, parse_program
+from vmachining.job.reading import IDLE
+from vmachining.nc import Program, ToolEntry, is_g_code, lex_line, parse_program
 from vmachining.nc.toolcomments import ToolNote, cutter_notes, tool_notes
 from vmachining.nc.toollibrary import read_tool_library
 
@@ -20,7 +21,6 @@ CONTOUR_MM = 1e-3
 HOME_ABOVE_MM = 50.0
 _TOOL_CALL = re.compile(r"TOOL CALL[ \t]+(?=\d)", re.IGNORECASE)
 _CALLED = re.compile(r"[ \t]*\d*[ \t]*TOOL CALL[ \t]+(\d{1,6})\b", re.IGNORECASE)
-IDLE = (Motion.RAPID, Motion.DWELL)
 
 
 def _wrong(program: Program) -> int:

@@ -16,7 +16,7 @@
 | `trust.py` | sentences about what is known and what is not |
 | `design.py` | how far the finished surface is from the design |
 | `figures.py`, `chart.py`, `joints.py` | small pages of figures: rotary angles over a posted path, with travels and rewinds |
-| `scene.py`, `pulses.py`, `sweep.py`, `deviation.py` | bodies, lines and points on small pages in three dimensions |
+| `scene.py`, `deviation.py` | bodies, lines and points on small pages in three dimensions |
 | `engagement.py` | `write_engagement(engagement, folder)`: tables, map and picture of what a tool touches |
 | `batch.py`, `batch.html.j2` | `write_index(rows, path, ledger)`: the page over all jobs of a batch |
 | `engines.py`, `engines.html.j2` | `write_engines(told, folder)`: our engines beside each other |

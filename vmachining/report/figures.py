@@ -14,10 +14,11 @@ from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 from vmachining.report.numbers import chip, trusted
 from vmachining.report.page import rendered
-from vmachining.report.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from vmachining.report.scene import Scene
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -105,7 +105,7 @@ class _Windows:
         return self._sum(self.owner, values, len(self.logged))
 
 
-def fit(laid: Sequence[Laid], *, start: MachineLimits | None = None) -> Fitted:
+def fit(laid: Sequence[Laid]) -> Fitted:
     """Numbers of the machine that ran these logs.
 
     Raises InputError: Less than a minute that can be compared.
@@ -127,7 +127,7 @@ def fit(laid: Sequence[Laid], *, start: MachineLimits | None = None) -> Fitted:
         found = _with(limits, dict(zip(EVENTS, cost.round(4).tolist(), strict=True)))
         return float(rest.sum()), found
 
-    here = start or _with(
+    here = _with(
         MachineLimits(), {name: first for name, (_, _, first) in SEARCH.items() if first is not None}
     )
     least, here = judged(here)
