@@ -135,6 +135,13 @@ def write_atomic(target: Path, data: bytes | str) -> None:
         temporary.write_bytes(data if isinstance(data, bytes) else data.encode("utf-8"))
 
 
+def read_table(path: Path) -> pl.DataFrame:
+    """A table that `write_table` wrote, or one like it."""
+    import polars as pl
+
+    return pl.read_parquet(path) if path.suffix == ".parquet" else pl.read_csv(path, infer_schema_length=None)
+
+
 def write_table(frame: pl.DataFrame, *targets: Path) -> None:
     """Write a table to files, .parquet or else CSV, each whole or not at all."""
     for target in targets:

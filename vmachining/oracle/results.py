@@ -14,7 +14,7 @@ from typing import Any
 import polars as pl
 
 from vmachining.errors import InputError
-from vmachining.job.files import MANIFEST, read_manifest, sha256
+from vmachining.job.files import MANIFEST, read_manifest, read_table, sha256
 from vmachining.job.result import RunResult
 from vmachining.textfile import parse_json, read_text
 
@@ -294,11 +294,7 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
             remedy="fetch the pack again, or run the job again",
         )
     try:
-        blocks = (
-            pl.read_parquet(path)
-            if path.suffix == ".parquet"
-            else pl.read_csv(path, infer_schema_length=None)
-        )
+        blocks = read_table(path)
     except (OSError, pl.exceptions.PolarsError) as exc:
         raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=path) from exc
     try:

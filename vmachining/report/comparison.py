@@ -19,10 +19,10 @@ import polars as pl
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
 from vmachining.interval import Interval
-from vmachining.job.files import read_manifest
+from vmachining.job.files import read_manifest, read_table
 from vmachining.report.chart import Curve, chart
 from vmachining.report.figures import Panel, write_page
-from vmachining.report.numbers import duration, number, percent, plural
+from vmachining.report.numbers import duration, floats, number, percent, plural
 from vmachining.report.payload import LOADS
 
 PLACE = ("x_mm", "y_mm", "z_mm", "i", "j", "k")
@@ -66,11 +66,7 @@ class Side:
             s = json.loads((path / "summary.json").read_text(encoding="utf-8"))
             total = Interval(s["removed_lo_mm3"], s["removed_mm3"], s["removed_hi_mm3"], s["proven"])
         try:
-            table = (
-                pl.read_parquet(file)
-                if file.suffix == ".parquet"
-                else pl.read_csv(file, infer_schema_length=None)
-            )
+            table = read_table(file)
             blocks = table.select(
                 "block", "line", "text", "motion", *PLACE, *EQUAL, *(load for load, _, _ in LOADS)
             )
@@ -283,15 +279,7 @@ def _curves(found: Beside) -> list[Panel]:
     for name, label, unit in (("feed_mm_min", "Feed", "mm/min"), *LOADS[:4]):
         if not (a.blocks[name].count() and b.blocks[name].count()):
             continue
-        curves = [
-            Curve(
-                side.name,
-                _along(side),
-                side.blocks[name].cast(pl.Float64).fill_null(float("nan")).to_numpy(),
-                stepped=True,
-            )
-            for side in (a, b)
-        ]
+        curves = [Curve(side.name, _along(side), floats(side.blocks, name), stepped=True) for side in (a, b)]
         panels.append(
             Panel(title=label.capitalize(), svg=chart(curves, x="path, mm", y=unit, zero=True, height=210))
         )

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vmachining.arrays import Floats
+
+if TYPE_CHECKING:
+    import polars as pl
 
 ROUNDING_REL = 1e-9
 """Two sums over meshes differ by less than this part of the stock for no other reason than rounding."""
@@ -13,6 +20,11 @@ def difference(value: float, of: float, unit: str = "mm³") -> str:
     if abs(value) <= ROUNDING_REL * abs(of):
         return f"0\u00a0{unit} within rounding"
     return f"{value:+.2g}\u00a0{unit}"
+
+
+def floats(rows: pl.DataFrame, name: str) -> Floats:
+    """(n,) values of a column, NaN where it is empty."""
+    return np.asarray(rows[name].cast(float).fill_null(float("nan")).to_numpy(), dtype=np.float64)
 
 
 def card(title: str, value: str, unit: str, note: str, **more: str) -> dict[str, str]:

@@ -31,6 +31,7 @@ from vmachining.machine import Machine, follow
 from vmachining.nc import Motion, Move, Program
 from vmachining.report.contact_map import contact_maps
 from vmachining.report.design import Deviation
+from vmachining.report.numbers import floats
 from vmachining.report.thin import ThinMesh, thin_rows
 from vmachining.stock import Stock
 from vmachining.sweep import Turn
@@ -131,13 +132,13 @@ def payload(
     length = np.nan_to_num(blocks["length_mm"].fill_null(0.0).to_numpy())
     arrays: dict[str, Any] = {
         **_along(drawn, rows, time, length),
-        "removed_lo_mm3": _column(drawn, "removed_lo_mm3"), "removed_hi_mm3": _column(drawn, "removed_hi_mm3"),
+        **{f"removed_{end}_mm3": floats(drawn, f"removed_{end}_mm3").astype("<f4") for end in ("lo", "hi")},
         "bracket_percent": _bracket_percent(drawn), "warned": drawn["warning"].is_not_null().to_numpy().astype("u1"),
         "vertices": mesh.vertices.astype("<f4").ravel(), "triangles": mesh.triangles.astype("<u4").ravel(),
         "face_block": mesh.block.astype("<i4"),
     }  # fmt: skip
     filled = [entry for entry in (*LOADS, *MORE) if drawn[entry[0]].count()]
-    arrays |= {name: _column(drawn, name) for name, _, _ in filled} | maps
+    arrays |= {name: floats(drawn, name).astype("<f4") for name, _, _ in filled} | maps
     arrays |= _rotary(result.toolpath, drawn["block"].to_numpy())
     tools, tool_index = _tools(result.job)
     hits = drawn.filter(pl.col("warning").str.contains("rapid", literal=True).fill_null(False))["block"]
@@ -203,7 +204,7 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
         **_along(drawn, rows, time, length),
         "warned": np.zeros(len(rows), dtype="u1"),
         "vertices": np.zeros(0, dtype="<f4"), "triangles": np.zeros(0, dtype="<u4"), "face_block": np.zeros(0, dtype="<i4"),
-        **{name: _column(drawn, name) for name in ("feed_mm_min", "length_mm", "time_s")}, **path, **growing,
+        **{name: floats(drawn, name).astype("<f4") for name in ("feed_mm_min", "length_mm", "time_s")}, **path, **growing,
         **_rotary(toolpath, drawn["block"].to_numpy()),
         **field.pop("arrays"),
     }  # fmt: skip
@@ -237,10 +238,6 @@ def _titled(names: Container[str], *entries: tuple[str, str, str]) -> list[dict[
 
 def _feed(move: Move) -> float:
     return float("nan") if move.feed_mm_min is None else float(move.feed_mm_min)
-
-
-def _column(rows: pl.DataFrame, name: str) -> Floats:
-    return np.asarray(rows[name].cast(pl.Float64).fill_null(float("nan")).to_numpy(), dtype="<f4")
 
 
 def _rotary(toolpath: Toolpath, numbers: Ints) -> dict[str, Floats]:

@@ -11,6 +11,7 @@ import polars as pl
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
 from vmachining.force import NAMES, Identification, LayerFit, SlotTests, smoothed
+from vmachining.report.numbers import floats
 from vmachining.report.paper.style import BLUE, GREEN, GREY, RED, WIDTH_MM, canvas, look, panels, shades
 
 if TYPE_CHECKING:
@@ -32,19 +33,14 @@ def load_trace(folder: Path) -> pl.DataFrame:
 
 def deviations(trace: pl.DataFrame) -> Floats:
     """(3, n) N, predicted less measured; NaN where either is missing."""
-    return np.stack([
-        (trace[predicted].cast(pl.Float64) - trace[measured].cast(pl.Float64)).fill_null(float("nan")).to_numpy()
-        for predicted, measured, _ in FORCES
-    ])  # fmt: skip
+    return np.stack([floats(trace, predicted) - floats(trace, measured) for predicted, measured, _ in FORCES])
 
 
 def draw_trace(trace: pl.DataFrame, *, width_mm: float = WIDTH_MM) -> Figure:
     """Forces of a trace over the predicted ones, and their deviation below in percent of the largest measured force."""
     time = trace["trace_s"].to_numpy()
     off = deviations(trace)
-    measured = np.stack(
-        [trace[name].cast(pl.Float64).fill_null(float("nan")).to_numpy() for _, name, _ in FORCES]
-    )
+    measured = np.stack([floats(trace, name) for _, name, _ in FORCES])
     with np.errstate(invalid="ignore"):
         size = np.sqrt((measured**2).sum(axis=0))
     most = float(np.nanmax(size)) if np.isfinite(size).any() else 0.0

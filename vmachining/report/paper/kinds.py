@@ -10,6 +10,7 @@ import polars as pl
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
+from vmachining.report.numbers import floats
 from vmachining.report.paper.depth import SEEN_PX, nearest_faces, viewed
 from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import (
@@ -65,10 +66,6 @@ def _axes_of(results: Results, over: str) -> list[Axis]:
     return found
 
 
-def _column(rows: pl.DataFrame, name: str) -> Floats:
-    return np.asarray(rows[name].cast(pl.Float64).fill_null(float("nan")).to_numpy(), dtype=np.float64)
-
-
 def _stairs(axes: Axes, axis: Axis, values: Floats, **line: object) -> None:
     axes.stairs(values, axis.edges, baseline=None, **line)  # type: ignore[arg-type]
 
@@ -105,7 +102,7 @@ def _programmed(
     figure, grid = panels(len(shown), width_mm=width_mm, each_mm=each_mm)
     for axes, (name, label) in zip(grid, shown, strict=True):
         for axis in tables:
-            _stairs(axes, axis, _column(axis.rows, name), color=axis.colour, label=axis.name)
+            _stairs(axes, axis, floats(axis.rows, name), color=axis.colour, label=axis.name)
         axes.set_ylabel(label)
         axes.set_ylim(bottom=0.0)
     _legend(figure, grid[0], len(tables))
@@ -116,7 +113,7 @@ def bracket(results: Results, over: str, width_mm: float) -> Figure:
     """Removed volume per block with its bounds, other judges next to it, and how far the bounds are apart."""
     axis = _axes_of(results, over)[0]
     rows = axis.rows
-    value, low, high = (_column(rows, f"removed_{k}mm3") for k in ("", "lo_", "hi_"))
+    value, low, high = (floats(rows, f"removed_{k}mm3") for k in ("", "lo_", "hi_"))
     cut = value > 0
     figure, (top, below) = panels(2, width_mm=width_mm, each_mm=38.0, heights=(1.3, 1.0))
     top.stairs(
@@ -127,7 +124,7 @@ def bracket(results: Results, over: str, width_mm: float) -> Figure:
     for name, label, mark, colour in (
         ("removed_brep_mm3", "B-rep", "x", RED), ("removed_dexel_mm3", "exact rays", "+", VIOLET),
     ):  # fmt: skip
-        other = _column(rows, name)
+        other = floats(rows, name)
         if np.isfinite(other).any():
             top.plot(middle, other, mark, color=colour, ms=4, label=label)
     top.set_ylabel("removed volume\nof a block (mm³)")
@@ -169,7 +166,7 @@ def logged(results: Results, over: str, width_mm: float) -> Figure:
     shown: Shown = [
         ("feed (mm/min)", [("programmed_mm_min", "programmed", GREY), ("reachable_mm_min", "reachable", BLUE),
                            ("logged_mm_min", "logged", RED)]),
-        *((label, [(name, "", ORANGE)]) for name, label in others if np.isfinite(_column(rows, name)).any()),
+        *((label, [(name, "", ORANGE)]) for name, label in others if np.isfinite(floats(rows, name)).any()),
     ]  # fmt: skip
     figure, grid = panels(len(shown), width_mm=width_mm, each_mm=32.0)
     _curves(axis, grid, shown)
@@ -200,7 +197,7 @@ def _curves(axis: Axis, grid: Sequence[Axes], shown: Shown) -> None:
     """Curves of the panels. shown : of each its title, and columns with their words and colours."""
     for axes, (label, curves) in zip(grid, shown, strict=True):
         for name, words, colour in curves:
-            _stairs(axes, axis, _column(axis.rows, name), color=colour, label=words or None)
+            _stairs(axes, axis, floats(axis.rows, name), color=colour, label=words or None)
         axes.set_ylabel(label)
         axes.set_ylim(bottom=0.0)
 
@@ -253,7 +250,7 @@ def schedule(results: Results, over: str, width_mm: float) -> Figure:
     time, peak, spread = figure.subplots(1, 3, width_ratios=(1.0, 1.25, 1.25))
     colours = [GREY, BLUE, GREEN, ORANGE][: len(names)]
     place = np.arange(len(names))
-    bars = time.bar(place, _column(table, "time_s"), color=colours, width=0.7)
+    bars = time.bar(place, floats(table, "time_s"), color=colours, width=0.7)
     time.bar_label(bars, fmt="%.1f", fontsize=7, padding=1)
     time.set(ylabel="time at feed (s)", xticks=[])
     loads = [
@@ -269,11 +266,11 @@ def schedule(results: Results, over: str, width_mm: float) -> Figure:
     wide = 0.8 / len(names)
     for k, (name, colour) in enumerate(zip(names, colours, strict=True)):
         shift = (k - 0.5 * (len(names) - 1)) * wide
-        tops = [_column(table, f"{key}_peak") for key, _ in loads]
+        tops = [floats(table, f"{key}_peak") for key, _ in loads]
         peak.bar(at + shift, [top[k] / top[0] if top[0] > 0 else np.nan for top in tops], wide, color=colour)
         spread.bar(
             at + shift,
-            [_column(table, f"{key}_spread")[k] for key, _ in loads],
+            [floats(table, f"{key}_spread")[k] for key, _ in loads],
             wide,
             color=colour,
             label=name,
@@ -405,7 +402,7 @@ def draw_references(results: Results, over: str, width_mm: float = WIDTH_MM) -> 
                 ends = (rows["block"] + rows["end"]).to_numpy()
                 edges = np.concatenate([[float(rows["block"][0])], ends]) - 0.5
             for axes, column in ((feed, "feed_mm_min"), (load, "load")):
-                values = rows[column].cast(pl.Float64).fill_null(float("nan")).to_numpy()
+                values = floats(rows, column)
                 axes.stairs(values, edges, baseline=None, color=colour, label=name)
         feed.set_ylabel("feed (mm/min)")
         load.set(
