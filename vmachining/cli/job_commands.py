@@ -21,9 +21,11 @@ from vmachining.cli.options import (
     StockOut,
     Units,
     arg,
+    argument,
     command,
     flag,
     opt,
+    switch,
 )
 
 jobs = typer.Typer()
@@ -40,31 +42,25 @@ PROGRAM_OR_JOB = "Job file, or a program: its job is drafted next to it, as init
 class RunOptions:
     """Options of `vmachining run` that change what is computed or written, as they were given."""
 
-    engine: Annotated[str | None, opt("NAME", ENGINES)] = None
-    width: Annotated[
-        str | None, opt("1%", "Columns: width of each block's bracket, instead of that of the job.")
-    ] = None
-    chord: Annotated[float | None, opt("MM", CHORD)] = None
-    spacing: Annotated[float | None, opt("MM", "Dexel: distance of rays (default: half a million rays).")] = (
-        None
+    engine: str | None = opt(None, "NAME", ENGINES)
+    width: str | None = opt(None, "1%", "Columns: width of each block's bracket, instead of that of the job.")
+    chord: float | None = opt(None, "MM", CHORD)
+    spacing: float | None = opt(None, "MM", "Dexel: distance of rays (default: half a million rays).")
+    directions: int | None = opt(None, "1|3", "Dexel: rays along z, or x, y and z.")
+    brep: str = opt("none", "WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")
+    brep_seconds: float | None = opt(None, "S", BREP_SECONDS, min=1.0)
+    contact: str = opt("all", "WHICH", "Blocks with contact and forces: none, sample or all.")
+    stages: str | None = opt(
+        None, "NAMES", "Some of cut, contact, plan, judge, show (default: all), e.g. cut,judge."
     )
-    directions: Annotated[int | None, opt("1|3", "Dexel: rays along z, or x, y and z.")] = None
-    brep: Annotated[str, opt("WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")] = "none"
-    brep_seconds: Annotated[float | None, opt("S", BREP_SECONDS, min=1.0)] = None
-    contact: Annotated[str, opt("WHICH", "Blocks with contact and forces: none, sample or all.")] = "all"
-    stages: Annotated[
-        str | None, opt("NAMES", "Some of cut, contact, plan, judge, show (default: all), e.g. cut,judge.")
-    ] = None
-    workers: Annotated[
-        int | None, opt(None, "Processes that cut (default: the cores, for long programs).", min=1)
-    ] = None
+    workers: int | None = opt(
+        None, None, "Processes that cut (default: the cores, for long programs).", min=1
+    )
     scheduler: Scheduler = None
-    part: Annotated[str | None, opt("K/N", "Only part K of N, for `merge`, such as 3/64.")] = None
+    part: str | None = opt(None, "K/N", "Only part K of N, for `merge`, such as 3/64.")
     stock: StockOut = "stl"
-    stock_at: Annotated[str | None, opt("BLOCKS", "Workpiece after blocks 7,12-14: stock_7.step, ...")] = None
-    csv: Annotated[bool, flag("--csv", "blocks.csv also above 100,000 blocks; blocks.parquet always.")] = (
-        False
-    )
+    stock_at: str | None = opt(None, "BLOCKS", "Workpiece after blocks 7,12-14: stock_7.step, ...")
+    csv: bool = flag("--csv", "blocks.csv also above 100,000 blocks; blocks.parquet always.")
 
     def given(self) -> dict[str, Any]:
         """Those that are not as by default."""
@@ -78,7 +74,7 @@ class RunOptions:
         return [f"{word:g}" if isinstance(word, float) else str(word) for words in told for word in words]
 
 
-Force = Annotated[bool, flag("--force", "Replace the result of another job in the directory.")]
+Force = Annotated[bool, switch("--force", "Replace the result of another job in the directory.")]
 
 
 @command(
@@ -95,7 +91,7 @@ Force = Annotated[bool, flag("--force", "Replace the result of another job in th
 class Run:
     """Simulate one job: tables, summary, report, finished stock, and the rewritten program with [feed]."""
 
-    job: Annotated[Path, arg("JOB.toml|PROGRAM", PROGRAM_OR_JOB)]
+    job: Path = arg("JOB.toml|PROGRAM", PROGRAM_OR_JOB)
     out: Out = None
     tools: Library = None
     tool: OneTool = None
@@ -111,7 +107,7 @@ class Run:
 class Measure:
     """Measure the finished workpiece against [design] by discrete vectors: overcut, undercut, where it is."""
 
-    job: Annotated[Path, arg("JOB.toml", "Job file with [design].")]
+    job: Path = arg("JOB.toml", "Job file with [design].")
     out: Out = None
     stock: StockOut = "stl"
     resume: Resume = False
@@ -124,7 +120,7 @@ class Measure:
 class Merge:
     """Join all parts of a run into the result of a single run, with schedule, second opinions and files."""
 
-    folders: Annotated[list[Path], arg("DIR...", "Directories that `run --part K/N` wrote.")]
+    folders: list[Path] = arg("DIR...", "Directories that `run --part K/N` wrote.")
     out: Out = None
     stock: StockOut = "stl"
     force: Force = False
@@ -132,7 +128,7 @@ class Merge:
     as_json: Json = False
 
 
-Result = Annotated[Path, arg("RESULT", "Directory of a complete result.")]
+Result = Annotated[Path, argument("RESULT", "Directory of a complete result.")]
 
 
 @command(
@@ -145,9 +141,9 @@ class CheckResult:
     """B-rep checks of a finished result; nothing is cut again."""
 
     result: Result
-    brep: Annotated[str, opt("WHICH", "sample, all or blocks 3,7-12.")] = "sample"
-    brep_seconds: Annotated[float | None, opt("S", BREP_SECONDS, min=1.0)] = None
-    workers: Annotated[int | None, opt(None, "Processes that check.", min=1)] = None
+    brep: str = opt("sample", "WHICH", "sample, all or blocks 3,7-12.")
+    brep_seconds: float | None = opt(None, "S", BREP_SECONDS, min=1.0)
+    workers: int | None = opt(None, None, "Processes that check.", min=1)
     quiet: Quiet = False
     as_json: Json = False
 
@@ -163,7 +159,7 @@ class Contact:
     """Add contact, chips and forces to a finished result; nothing is cut again."""
 
     result: Result
-    blocks: Annotated[str, opt("WHICH", "sample or all.")] = "all"
+    blocks: str = opt("all", "WHICH", "sample or all.")
     quiet: Quiet = False
     as_json: Json = False
 
@@ -176,15 +172,13 @@ class Contact:
 class Init:
     """Write a commented job file from a program: dialect, units, tools and stock as far as the program gives them."""
 
-    program: Annotated[Path, arg("PROGRAM", "NC program.")]
-    out: Annotated[
-        Path | None, opt("JOB.toml", "The file to write; default: next to the program; - prints it.")
-    ] = None
-    dialect: Annotated[str | None, opt(None, "Of the program; default: detected and reported.")] = None
+    program: Path = arg("PROGRAM", "NC program.")
+    out: Path | None = opt(None, "JOB.toml", "The file to write; default: next to the program; - prints it.")
+    dialect: str | None = opt(None, None, "Of the program; default: detected and reported.")
     tools: Library = None
     tool: OneTool = None
     units: Units = ""
-    force: Annotated[bool, flag("--force", "Overwrite the file.")] = False
+    force: bool = flag("--force", "Overwrite the file.")
     as_json: Json = False
 
 
@@ -199,9 +193,9 @@ class Init:
 class Batch:
     """Simulate many jobs; one that fails does not stop the others. Ends with a table, a data set and a page."""
 
-    files: Annotated[list[Path], arg("JOB.toml...", "Job files.")]
-    out: Annotated[Path, opt("DIR", "One directory per job in it.")] = Path("out")
-    workers: Annotated[int | None, opt(None, "Processes of this machine (default: 1).", min=1)] = None
+    files: list[Path] = arg("JOB.toml...", "Job files.")
+    out: Path = opt(Path("out"), "DIR", "One directory per job in it.")
+    workers: int | None = opt(None, None, "Processes of this machine (default: 1).", min=1)
     scheduler: Scheduler = None
     stock: StockOut = "stl"
     resume: Resume = False
@@ -220,8 +214,8 @@ class Warm:
 class Demo:
     """Simulate a model that comes with the package."""
 
-    name: Annotated[str, arg("[NAME]", "Model; --list names them.")] = "slot"
-    listed: Annotated[bool, flag("--list", "Name the models, and what each shows.")] = False
+    name: str = arg("[NAME]", "Model; --list names them.", "slot")
+    listed: bool = flag("--list", "Name the models, and what each shows.")
     out: Out = None
     stock: StockOut = "stl"
     quiet: Quiet = False
@@ -240,22 +234,18 @@ KINDS = (
 class Figure:
     """Figures for papers from a result directory: vector graphics, fonts embedded, axes with units."""
 
-    results: Annotated[
-        Path,
-        arg(
-            "DIR|FILE",
-            "Result directory of run, engage --chips or force predict --measured; or lines of bench.",
-        ),
-    ]
-    kind: Annotated[str, opt("LIST", KINDS)] = "all"
+    results: Path = arg(
+        "DIR|FILE", "Result directory of run, engage --chips or force predict --measured; or lines of bench."
+    )
+    kind: str = opt("all", "LIST", KINDS)
     formats: Annotated[str, typer.Option("--format", metavar="LIST", help="svg, pdf, png (comma list).")] = (
         "pdf"
     )
-    over: Annotated[
-        str | None, opt("time|block", "What the x axis shows; default: time; block for bracket, references.")
-    ] = None
-    width: Annotated[float, opt("MM", "Width of the figure.", min=50.0, max=1000.0)] = 174.0
-    out: Annotated[Path | None, opt("DIR", "Where files go; default: next to the results.")] = None
+    over: str | None = opt(
+        None, "time|block", "What the x axis shows; default: time; block for bracket, references."
+    )
+    width: float = opt(174.0, "MM", "Width of the figure.", min=50.0, max=1000.0)
+    out: Path | None = opt(None, "DIR", "Where files go; default: next to the results.")
     as_json: Json = False
 
 
@@ -267,10 +257,8 @@ class Figure:
 class Describe:
     """Describe a machine: chain, class, axes, limits, options, legs; as text and as a page with pictures."""
 
-    name: Annotated[
-        str | None, arg("[NAME|FILE]", "Preset, machine file or job; without it: all presets.")
-    ] = None
-    out: Annotated[Path | None, opt("HTML", "The page; default: NAME.html here.")] = None
+    name: str | None = arg("[NAME|FILE]", "Preset, machine file or job; without it: all presets.", None)
+    out: Path | None = opt(None, "HTML", "The page; default: NAME.html here.")
     as_json: Json = False
 
 
@@ -278,11 +266,11 @@ class Describe:
 class View:
     """The report in a browser, on loopback only: of a job while it runs and whenever its files change. Ends with Ctrl-C."""
 
-    target: Annotated[Path, arg("JOB.toml|DIR", "Job file, or result directory.")]
+    target: Path = arg("JOB.toml|DIR", "Job file, or result directory.")
     out: Out = None
     engine: Engine = None
-    port: Annotated[int, opt(None, "On this machine; 0: any that is free.", min=0, max=65535)] = 0
-    once: Annotated[bool, flag("--once", "Do not run the job again when its files change.")] = False
+    port: int = opt(0, None, "On this machine; 0: any that is free.", min=0, max=65535)
+    once: bool = flag("--once", "Do not run the job again when its files change.")
 
 
 @command(shows, "show:strategies", shown=("strategies models/slot/job.toml", "strategies out/slot --json"))
@@ -292,9 +280,9 @@ class Strategies:
     Each strategy's program is written (scheduled_NAME.nc) and judged by simulation; inserted blocks cost one more.
     """
 
-    target: Annotated[Path, arg("JOB.toml|DIR", "Job with [feed], or result directory of one.")]
+    target: Path = arg("JOB.toml|DIR", "Job with [feed], or result directory of one.")
     out: Out = None
     engine: Engine = None
-    resume: Annotated[bool, flag("--resume", "Continue an interrupted run.")] = False
+    resume: bool = flag("--resume", "Continue an interrupted run.")
     quiet: Quiet = False
     as_json: Json = False

@@ -15,10 +15,12 @@ from vmachining.cli.options import (
     StockOut,
     above_zero,
     arg,
+    argument,
     command,
     examples,
     flag,
     opt,
+    option,
     within,
 )
 
@@ -38,19 +40,15 @@ judges = typer.Typer()
 class Sweep:
     """Volume of one sweep, with its bracket, and its B-rep solid."""
 
-    file: Annotated[str, arg("SWEEP.json", "Tool and two poses; - reads standard input.")]
-    chord: Annotated[float, opt("MM", "Between inner and outer solid.", within(1e-5, 1e3))] = 0.01
-    step: Annotated[Path | None, opt("FILE", "The solid as STEP, faces named by their region.")] = None
-    no_brep: Annotated[
-        bool, flag("--no-brep", "The bracket only, without OCCT, which takes most of the time.")
-    ] = False
-    seconds: Annotated[
-        float, opt("S", "Processor time of OCCT for the solid; the bracket comes first.", above_zero)
-    ] = 120.0
-    plot: Annotated[Path | None, opt("FILE", "The solid as .html; its regions as .svg, .pdf, .png.")] = None
-    at: Annotated[
-        str | None, opt("P,P,...", "Fractions of the motion whose grazing curves the picture shows.")
-    ] = None
+    file: str = arg("SWEEP.json", "Tool and two poses; - reads standard input.")
+    chord: float = opt(0.01, "MM", "Between inner and outer solid.", within(1e-5, 1e3))
+    step: Path | None = opt(None, "FILE", "The solid as STEP, faces named by their region.")
+    no_brep: bool = flag("--no-brep", "The bracket only, without OCCT, which takes most of the time.")
+    seconds: float = opt(
+        120.0, "S", "Processor time of OCCT for the solid; the bracket comes first.", above_zero
+    )
+    plot: Path | None = opt(None, "FILE", "The solid as .html; its regions as .svg, .pdf, .png.")
+    at: str | None = opt(None, "P,P,...", "Fractions of the motion whose grazing curves the picture shows.")
     as_json: Json = False
 
 
@@ -67,23 +65,22 @@ class Engage:
     """What the cutting edge touches at one instant of a block, or at many, for every rotation angle."""
 
     job: JobArg
-    block: Annotated[str, opt("K|all|7,10-20", "Blocks as numbered by run, from 0.")]
-    at: Annotated[float, opt("P", "Fraction of the block, 0 to 1.")] = 0.5
-    every: Annotated[float | None, opt("MM", "Positions along each block instead of one.", above_zero)] = None
-    method: Annotated[str, opt(None, "dexel: exact distances; brep: OCCT; analytic.")] = "dexel"
-    angles: Annotated[int, opt("N", "Rotation angles per revolution.")] = 360
-    phase: Annotated[float, opt("X", "Angles are 360 (k + X) / N degrees; 0.5 avoids walls.")] = 0.0
-    edge: Annotated[str, opt(None, "straight, or helix: with the helix angle of the tool.")] = "straight"
-    bottom: Annotated[bool, flag("--bottom", "The edge continues over the bottom disc.")] = False
-    seconds: Annotated[float, opt("S", "Time limit of one OCCT call.", above_zero)] = 120.0
-    pitch: Annotated[float, opt("MM", "Cells of heights, of method analytic.")] = 0.1
-    out: Annotated[Path | None, opt("DIR", "Write table, map and picture there.")] = None
-    workers: Annotated[int, opt(None, "Processes, for many positions.", min=1)] = 1
-    chips: Annotated[bool, flag("--chips", "Shapes of chips, cut length and chip area over time.")] = False
-    section: Annotated[
-        float | None,
-        opt("DEG", "Workpiece, UE and LE at this angle from the feed; 90 is ahead.", within(0.0, 360.0)),
-    ] = None
+    block: str = opt(..., "K|all|7,10-20", "Blocks as numbered by run, from 0.")
+    at: float = opt(0.5, "P", "Fraction of the block, 0 to 1.")
+    every: float | None = opt(None, "MM", "Positions along each block instead of one.", above_zero)
+    method: str = opt("dexel", None, "dexel: exact distances; brep: OCCT; analytic.")
+    angles: int = opt(360, "N", "Rotation angles per revolution.")
+    phase: float = opt(0.0, "X", "Angles are 360 (k + X) / N degrees; 0.5 avoids walls.")
+    edge: str = opt("straight", None, "straight, or helix: with the helix angle of the tool.")
+    bottom: bool = flag("--bottom", "The edge continues over the bottom disc.")
+    seconds: float = opt(120.0, "S", "Time limit of one OCCT call.", above_zero)
+    pitch: float = opt(0.1, "MM", "Cells of heights, of method analytic.")
+    out: Path | None = opt(None, "DIR", "Write table, map and picture there.")
+    workers: int = opt(1, None, "Processes, for many positions.", min=1)
+    chips: bool = flag("--chips", "Shapes of chips, cut length and chip area over time.")
+    section: float | None = opt(
+        None, "DEG", "Workpiece, UE and LE at this angle from the feed; 90 is ahead.", within(0.0, 360.0)
+    )
     as_json: Json = False
 
 
@@ -96,12 +93,8 @@ class Block:
     """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
 
     job: JobArg
-    blocks: Annotated[
-        list[str], arg("BLOCKS...", "Block numbers of the table of a run, in any order: 7,10-12 3.")
-    ]
-    width: Annotated[
-        str | None, opt("W", "Relative width of a bracket: 0.01% or 1e-4; default: the job's.")
-    ] = None
+    blocks: list[str] = arg("BLOCKS...", "Block numbers of the table of a run, in any order: 7,10-12 3.")
+    width: str | None = opt(None, "W", "Relative width of a bracket: 0.01% or 1e-4; default: the job's.")
     as_json: Json = False
 
 
@@ -124,23 +117,15 @@ PAGE = "Show two results (DIR, blocks.parquet or blocks.csv) on one page; a sing
 class Compare:
     """Compare volumes or engagement of another program with a reference, or our engines. Exit code 0: all inside, 1: not."""
 
-    results: Annotated[Path, arg("RESULTS.csv|JOB.toml|DIR", RESULTS)]
-    reference: Annotated[
-        Path | None, arg("REFERENCE_DIR", "Result directory of run, of pack, or of a set.")
-    ] = None
-    engines: Annotated[
-        str | None, opt("A,B,...", "Our engines on a job: columns,mesh,dexel,rays,vectors,brep.")
-    ] = None
-    out: Annotated[Path | None, opt("DIR", "With --engines: table and page; default out/NAME-engines.")] = (
-        None
-    )
-    blocks: Annotated[int | None, opt("N", "With --engines: only the first N blocks that cut.", min=1)] = None
-    html: Annotated[Path | None, opt("PAGE.html", PAGE)] = None
-    tolerance_rel: Annotated[float, opt("X", "Widen brackets by X times the volume.")] = 0.0
-    tolerance_mm3: Annotated[float, opt("V", "Widen every block's bracket by V mm3.")] = 0.0
-    tolerance_mm: Annotated[
-        float | None, opt("L", "Tables of engagement: along the edge (default 1e-4).")
-    ] = None
+    results: Path = arg("RESULTS.csv|JOB.toml|DIR", RESULTS)
+    reference: Path | None = arg("REFERENCE_DIR", "Result directory of run, of pack, or of a set.", None)
+    engines: str | None = opt(None, "A,B,...", "Our engines on a job: columns,mesh,dexel,rays,vectors,brep.")
+    out: Path | None = opt(None, "DIR", "With --engines: table and page; default out/NAME-engines.")
+    blocks: int | None = opt(None, "N", "With --engines: only the first N blocks that cut.", min=1)
+    html: Path | None = opt(None, "PAGE.html", PAGE)
+    tolerance_rel: float = opt(0.0, "X", "Widen brackets by X times the volume.")
+    tolerance_mm3: float = opt(0.0, "V", "Widen every block's bracket by V mm3.")
+    tolerance_mm: float | None = opt(None, "L", "Tables of engagement: along the edge (default 1e-4).")
     as_json: Json = False
 
 
@@ -155,14 +140,14 @@ class Compare:
 class Pack:
     """Make a folder for testing engines: program, tools, stock, volumes with brackets, finished stock, hashes."""
 
-    job: Annotated[Path, arg("JOB.toml|DIR", "Job file; or a directory with set.toml, of many.")]
-    out: Annotated[Path | None, opt("DIR", "New directory; default out/NAME-pack.")] = None
+    job: Path = arg("JOB.toml|DIR", "Job file; or a directory with set.toml, of many.")
+    out: Path | None = opt(None, "DIR", "New directory; default out/NAME-pack.")
     stock: StockOut = "stl"
-    brep: Annotated[str, opt("WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")] = "none"
-    licence: Annotated[str, opt("none|cc0|FILE", "Licence to state in the pack.")] = "none"
-    engagement: Annotated[int, opt("N", "Blocks with a table of engaged intervals.")] = 10
-    engine: Annotated[str, opt("NAME", "Engine that computes the volumes: mesh or columns.")] = "mesh"
-    workers: Annotated[int, opt(None, "Processes; with more than one, last digits may differ.", min=1)] = 1
+    brep: str = opt("none", "WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")
+    licence: str = opt("none", "none|cc0|FILE", "Licence to state in the pack.")
+    engagement: int = opt(10, "N", "Blocks with a table of engaged intervals.")
+    engine: str = opt("mesh", "NAME", "Engine that computes the volumes: mesh or columns.")
+    workers: int = opt(1, None, "Processes; with more than one, last digits may differ.", min=1)
     quiet: Quiet = False
     as_json: Json = False
 
@@ -171,15 +156,11 @@ class Pack:
 class Bench:
     """Run benchmarks; one JSON object per line."""
 
-    cases: Annotated[list[str] | None, arg("[CASE...]", "Names; default: all.")] = None
-    listed: Annotated[bool, flag("--list", "Name the cases, and how long each takes.")] = False
-    seeds: Annotated[
-        str | None, opt("FIRST:LAST", "For cases that take seeds: run the seeds below LAST.")
-    ] = None
-    blocks: Annotated[int | None, opt("N", "For cases with a length: number of blocks.", min=1)] = None
-    journal: Annotated[
-        Path | None, opt("FILE", "Record finished cases here; the next run continues from them.")
-    ] = None
+    cases: list[str] | None = arg("[CASE...]", "Names; default: all.", None)
+    listed: bool = flag("--list", "Name the cases, and how long each takes.")
+    seeds: str | None = opt(None, "FIRST:LAST", "For cases that take seeds: run the seeds below LAST.")
+    blocks: int | None = opt(None, "N", "For cases with a length: number of blocks.", min=1)
+    journal: Path | None = opt(None, "FILE", "Record finished cases here; the next run continues from them.")
     as_json: Json = False
 
 
@@ -190,9 +171,9 @@ times = typer.Typer(
 )  # fmt: skip
 
 Logs = Annotated[
-    list[Path], arg("LOG...", "time|item|value, MTConnect XML, or CSV with time and line; also .gz.")
+    list[Path], argument("LOG...", "time|item|value, MTConnect XML, or CSV with time and line; also .gz.")
 ]
-Programs = Annotated[list[Path], opt("P", "Program that ran: one for all logs, or one per log, in order.")]
+Programs = Annotated[list[Path], option("P", "Program that ran: one for all logs, or one per log, in order.")]
 
 
 @command(times, "times:fit_", shown=("times fit a.log b.log --program a.nc --program b.nc --out mill.toml",))
@@ -204,7 +185,7 @@ class Fit:
 
     logs: Logs
     program: Programs
-    out: Annotated[Path, opt("FILE", "The machine file that is written.")]
+    out: Path = opt(..., "FILE", "The machine file that is written.")
     as_json: Json = False
 
 
@@ -216,11 +197,9 @@ class CompareTimes:
 
     logs: Logs
     program: Programs
-    machine: Annotated[Path | None, opt("FILE", "From `times fit`; without it: feeds alone.")] = None
-    table: Annotated[Path | None, opt("CSV", "Every interval of the log, with its load.")] = None
-    figure: Annotated[
-        Path | None, opt("HTML", "Page: feed as programmed, reachable and logged; tools; loads.")
-    ] = None
+    machine: Path | None = opt(None, "FILE", "From `times fit`; without it: feeds alone.")
+    table: Path | None = opt(None, "CSV", "Every interval of the log, with its load.")
+    figure: Path | None = opt(None, "HTML", "Page: feed as programmed, reachable and logged; tools; loads.")
     as_json: Json = False
 
 
@@ -236,8 +215,8 @@ class Join:
     """
 
     logs: Logs
-    results: Annotated[Path, opt("DIR", "Result directory of run, of the same program.")]
-    machine: Annotated[Path | None, opt("FILE", "From `times fit`; default: [machine] of the job.")] = None
+    results: Path = opt(..., "DIR", "Result directory of run, of the same program.")
+    machine: Path | None = opt(None, "FILE", "From `times fit`; default: [machine] of the job.")
     as_json: Json = False
 
 
@@ -248,38 +227,32 @@ force = typer.Typer(
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 
-On = Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")]
+On = Annotated[Literal["tool", "workpiece"], option("tool|workpiece", "What the measured forces act on.")]
 
 
 @command(force, "force:identify_", shown=(EXAMPLE,))
 class Identify:
     """Cutting and edge coefficients over the height, with residuals and intervals, as a coefficient file."""
 
-    data: Annotated[
-        Path, arg("DATA.csv", "Slot tests: depth_mm, feed_mm_per_tooth, fx_n, fy_n, fz_n (means).")
-    ]
-    corner_radius: Annotated[float, opt("MM", "0: flat end.")]
-    teeth: Annotated[int, opt(None, "Teeth of the tool.", min=1)]
-    degree: Annotated[int, opt(None, "Degree of the polynomials in height.", min=0)] = 3
-    method: Annotated[
-        Literal["joint", "layers"], opt("joint|layers", "One fit with intervals, or layer by layer.")
-    ] = "joint"
-    weights: Annotated[
-        Literal["relative", "resultant", "equal"],
-        opt("relative|resultant|equal", "Noise: relative to each force, to the resultant, or equal."),
-    ] = "relative"
-    layer_ref: Annotated[
-        Literal["mid", "top"], opt("mid|top", "Height that a layer's values are assigned to.")
-    ] = "mid"
+    data: Path = arg("DATA.csv", "Slot tests: depth_mm, feed_mm_per_tooth, fx_n, fy_n, fz_n (means).")
+    corner_radius: float = opt(..., "MM", "0: flat end.")
+    teeth: int = opt(..., None, "Teeth of the tool.", min=1)
+    degree: int = opt(3, None, "Degree of the polynomials in height.", min=0)
+    method: Literal["joint", "layers"] = opt(
+        "joint", "joint|layers", "One fit with intervals, or layer by layer."
+    )
+    weights: Literal["relative", "resultant", "equal"] = opt(
+        "relative", "relative|resultant|equal", "Noise: relative to each force, to the resultant, or equal."
+    )
+    layer_ref: Literal["mid", "top"] = opt("mid", "mid|top", "Height that a layer's values are assigned to.")
     on: On = "tool"
-    confidence: Annotated[float, opt(None, "Confidence level of the intervals.")] = 0.95
-    validate: Annotated[
-        Path | None,
-        opt("DATA.csv", "Slots that were not fitted, at another feed: how far off are the means?"),
-    ] = None
-    name: Annotated[str | None, opt(None, "Name of the set; default: the file name.")] = None
-    out: Annotated[Path | None, opt("FILE.toml", "Coefficient file; default: stdout.")] = None
-    plot: Annotated[Path | None, opt("FILE", "Coefficients and residuals as .svg, .pdf, .png.")] = None
+    confidence: float = opt(0.95, None, "Confidence level of the intervals.")
+    validate: Path | None = opt(
+        None, "DATA.csv", "Slots that were not fitted, at another feed: how far off are the means?"
+    )
+    name: str | None = opt(None, None, "Name of the set; default: the file name.")
+    out: Path | None = opt(None, "FILE.toml", "Coefficient file; default: stdout.")
+    plot: Path | None = opt(None, "FILE", "Coefficients and residuals as .svg, .pdf, .png.")
     as_json: Json = False
 
 
@@ -294,13 +267,12 @@ class Identify:
 class Predict:
     """Force over time: a revolution at every station of the blocks, as CSV and Parquet, with a picture."""
 
-    job: Annotated[Path, arg("JOB.toml", "Job file with a [force] table.")]
-    block: Annotated[str, opt("all|3,7-12", "Blocks as numbered in the table of a run.")] = "all"
-    measured: Annotated[
-        Path | None,
-        opt("TRACE.csv", "Measured: time_s or phi_deg, fx_n, fy_n, fz_n; compared with the prediction."),
-    ] = None
+    job: Path = arg("JOB.toml", "Job file with a [force] table.")
+    block: str = opt("all", "all|3,7-12", "Blocks as numbered in the table of a run.")
+    measured: Path | None = opt(
+        None, "TRACE.csv", "Measured: time_s or phi_deg, fx_n, fy_n, fz_n; compared with the prediction."
+    )
     on: On = "tool"
-    out: Annotated[Path | None, opt("DIR", "Default out/NAME.")] = None
+    out: Path | None = opt(None, "DIR", "Default out/NAME.")
     quiet: Quiet = False
     as_json: Json = False

@@ -20,11 +20,13 @@ from vmachining.cli.options import (
     Units,
     above_zero,
     arg,
+    argument,
     command,
     examples,
     finite,
     flag,
     opt,
+    option,
     within,
 )
 
@@ -46,18 +48,16 @@ nc = typer.Typer(
 class Post:
     """Write a path as a program for a control: iso, fanuc, sinumerik or heidenhain."""
 
-    source: Annotated[Path, arg("POSES|CL", "Table of poses, CL file or NC program.")]
-    out: Annotated[Path, opt("PROGRAM", "The file to write; - prints it.")]
-    dialect: Annotated[str, opt(None, "iso, fanuc, sinumerik or heidenhain.")] = "iso"
-    machine: Annotated[str | None, opt("NAME|FILE", "Its angles for a leaning tool (iso, fanuc).")] = None
-    source_dialect: Annotated[str, opt(None, "Dialect of the source; default: detected.")] = "auto"
-    decimals: Annotated[int, opt(None, "Decimals of mm, degrees and tool axes.", min=0, max=15)] = 9
-    angle: Annotated[
-        float, opt("DEG", "Largest deviation of the axis from its great circle.", above_zero)
-    ] = 0.05
-    start: Annotated[str | None, opt("A0,C90", "Angles before the program; default: fewest rewinds.")] = None
-    plot: Annotated[Path | None, opt("HTML", "Page of the rotary angles and their rewinds.")] = None
-    force: Annotated[bool, flag("--force", "Overwrite the file.")] = False
+    source: Path = arg("POSES|CL", "Table of poses, CL file or NC program.")
+    out: Path = opt(..., "PROGRAM", "The file to write; - prints it.")
+    dialect: str = opt("iso", None, "iso, fanuc, sinumerik or heidenhain.")
+    machine: str | None = opt(None, "NAME|FILE", "Its angles for a leaning tool (iso, fanuc).")
+    source_dialect: str = opt("auto", None, "Dialect of the source; default: detected.")
+    decimals: int = opt(9, None, "Decimals of mm, degrees and tool axes.", min=0, max=15)
+    angle: float = opt(0.05, "DEG", "Largest deviation of the axis from its great circle.", above_zero)
+    start: str | None = opt(None, "A0,C90", "Angles before the program; default: fewest rewinds.")
+    plot: Path | None = opt(None, "HTML", "Page of the rotary angles and their rewinds.")
+    force: bool = flag("--force", "Overwrite the file.")
     as_json: Json = False
 
 
@@ -70,21 +70,19 @@ class Dda:
     """Pulse trains for stepping motors, feed rate numbers, clocks and deviations of every motion."""
 
     program: ProgramArg
-    blu: Annotated[float, opt("MM", "Length of one pulse.")] = 0.02
-    register: Annotated[int, opt("N", "Register capacity.")] = 20_000
-    mode: Annotated[str, opt("dda|s1", "s1: the historical engraver, errors included.")] = "dda"
-    split: Annotated[
-        bool, flag("--split", "Cut lines that overflow the register instead of refusing them.")
-    ] = False
-    max_rate: Annotated[float | None, opt("HZ", "Pulse rate the drives can follow.")] = None
+    blu: float = opt(0.02, "MM", "Length of one pulse.")
+    register: int = opt(20_000, "N", "Register capacity.")
+    mode: str = opt("dda", "dda|s1", "s1: the historical engraver, errors included.")
+    split: bool = flag("--split", "Cut lines that overflow the register instead of refusing them.")
+    max_rate: float | None = opt(None, "HZ", "Pulse rate the drives can follow.")
     tools: Tools = None
     tools_units: ToolUnits = "mm"
     dialect: Dialect = "auto"
     travel: Travel = None
     machine: OfMachine = None
     home: Home = "0,0,100"
-    out: Annotated[Path | None, opt("FILE", "Pulse trains as .csv or .npz.")] = None
-    plot: Annotated[Path | None, opt("FILE", "Pulses and programmed path as .html.")] = None
+    out: Path | None = opt(None, "FILE", "Pulse trains as .csv or .npz.")
+    plot: Path | None = opt(None, "FILE", "Pulses and programmed path as .html.")
     as_json: Json = False
 
 
@@ -96,36 +94,29 @@ class Reading:
     units: Units = ""
     tools: Tools = None
     tools_units: ToolUnits = "mm"
-    rotary: Annotated[str, opt("ABC", "Rotary axes of the machine.")] = "ABC"
+    rotary: str = opt("ABC", "ABC", "Rotary axes of the machine.")
     home: Home = "0,0,0"
-    crc_entry: Annotated[str, opt("prev|next", "How cutter compensation enters the path.")] = ""
-    crc_corner: Annotated[str, opt("arc|exact|miter|line", "How compensation treats corners.")] = ""
-    taps: Annotated[str, opt("reference|axis", "Where taps in G18 and G19 go; axis: into holes.")] = (
-        "reference"
+    crc_entry: str = opt("", "prev|next", "How cutter compensation enters the path.")
+    crc_corner: str = opt("", "arc|exact|miter|line", "How compensation treats corners.")
+    taps: str = opt("reference", "reference|axis", "Where taps in G18 and G19 go; axis: into holes.")
+    dwell: str = opt("s", "s|ms", "Unit of P in G4 and in canned cycles.")
+    max_steps: int = opt(1_000_000, "N", "Most lines that loops and calls may execute.", min=1)
+    subroutines: list[Path] | None = opt(None, "DIR", "Another folder of subprogram files; repeatable.")
+    control: list[str] | None = opt(
+        None, "KEY=VALUE", "A parameter of the control, such as compensation=wear; repeatable."
     )
-    dwell: Annotated[str, opt("s|ms", "Unit of P in G4 and in canned cycles.")] = "s"
-    max_steps: Annotated[int, opt("N", "Most lines that loops and calls may execute.", min=1)] = 1_000_000
-    subroutines: Annotated[
-        list[Path] | None, opt("DIR", "Another folder of subprogram files; repeatable.")
-    ] = None
-    control: Annotated[
-        list[str] | None,
-        opt("KEY=VALUE", "A parameter of the control, such as compensation=wear; repeatable."),
-    ] = None
-    block_delete: Annotated[bool, flag("--block-delete", "Skip lines that open with a slash.")] = False
-    from_line: Annotated[int, opt("N", "Restart at this line.", min=1)] = 1
+    block_delete: bool = flag("--block-delete", "Skip lines that open with a slash.")
+    from_line: int = opt(1, "N", "Restart at this line.", min=1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Checking(Reading):
     """The same, and limits that its path is held against."""
 
-    stock_top: Annotated[float | None, opt("Z", "mm; warns if no feed motion goes below it.", finite)] = None
+    stock_top: float | None = opt(None, "Z", "mm; warns if no feed motion goes below it.", finite)
     travel: Travel = None
     machine: OfMachine = None
-    blu: Annotated[
-        float | None, opt("MM", "Smallest step; reports coordinates between steps.", above_zero)
-    ] = None
+    blu: float | None = opt(None, "MM", "Smallest step; reports coordinates between steps.", above_zero)
 
 
 @command(
@@ -140,9 +131,9 @@ class Checking(Reading):
 class Check:
     """Test a program. Exit code 0: clean, 1: it has findings of severity E."""
 
-    program: Annotated[str | None, arg("[PROGRAM]", "NC program; - reads standard input.")] = None
+    program: str | None = arg("[PROGRAM]", "NC program; - reads standard input.", None)
     reading: Checking
-    explain: Annotated[str | None, opt("CODE", "What a code such as E302 means; all: every code.")] = None
+    explain: str | None = opt(None, "CODE", "What a code such as E302 means; all: every code.")
     as_json: Json = False
 
 
@@ -151,10 +142,10 @@ class Moves:
     """List the canonical motions of a program, one per line."""
 
     program: ProgramArg
-    machine: Annotated[str | None, opt("FILE", "File or preset whose rotary axes are allowed.")] = None
-    coordinates: Annotated[
-        Literal["machine", "program"], opt("machine|program", "Coordinate system of end_mm.")
-    ] = "machine"
+    machine: str | None = opt(None, "FILE", "File or preset whose rotary axes are allowed.")
+    coordinates: Literal["machine", "program"] = opt(
+        "machine", "machine|program", "Coordinate system of end_mm."
+    )
     reading: Reading
     as_json: Json = False
 
@@ -164,8 +155,8 @@ class Plot:
     """Backplot a program without a job: one page with path, program and feeds."""
 
     program: ProgramArg
-    out: Annotated[Path | None, opt("FILE", "Page to write; default: PROGRAM.html here.")] = None
-    machine: Annotated[str | None, opt("FILE", "Machine of a program with rotary words.")] = None
+    out: Path | None = opt(None, "FILE", "Page to write; default: PROGRAM.html here.")
+    machine: str | None = opt(None, "FILE", "Machine of a program with rotary words.")
     reading: Reading
 
 
@@ -184,26 +175,27 @@ toolpath = typer.Typer(
 class Pocket:
     """Triangular pocket: four strategies, their true and published lengths, the shortest as a program."""
 
-    sides: Annotated[tuple[float, float, float], arg("A B C", "mm, sides; the longest first.")]
-    radius: Annotated[float, opt("MM", "Of cutter and corners.", above_zero)]
-    strategy: Annotated[str | None, opt(None, "dp, dpi, cp or cpi; default: the shortest.")] = None
-    angles: Annotated[str | None, opt("A,B,C", "Degrees, for the published formulas.")] = None
-    depth: Annotated[float, opt("MM", "Of the pocket.", above_zero)] = 5.0
-    step: Annotated[float | None, opt("MM", "Largest depth of a pass.", above_zero)] = None
-    feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 600.0
-    plunge: Annotated[float | None, opt("MM/MIN", "Feed of plunges; default: a third.", above_zero)] = None
-    out: Annotated[Path | None, opt("FILE.nc", "Write the program, and a job next to it.")] = None
-    plot: Annotated[
-        Path | None,
-        opt(
-            "FILE", "Paths and areas, as .html, .svg, .pdf, .png; the page has the shortest over all shapes."
-        ),
-    ] = None
+    sides: tuple[float, float, float] = arg("A B C", "mm, sides; the longest first.")
+    radius: float = opt(..., "MM", "Of cutter and corners.", above_zero)
+    strategy: str | None = opt(None, None, "dp, dpi, cp or cpi; default: the shortest.")
+    angles: str | None = opt(None, "A,B,C", "Degrees, for the published formulas.")
+    depth: float = opt(5.0, "MM", "Of the pocket.", above_zero)
+    step: float | None = opt(None, "MM", "Largest depth of a pass.", above_zero)
+    feed: float = opt(600.0, "MM/MIN", "Along the path.", above_zero)
+    plunge: float | None = opt(None, "MM/MIN", "Feed of plunges; default: a third.", above_zero)
+    out: Path | None = opt(None, "FILE.nc", "Write the program, and a job next to it.")
+    plot: Path | None = opt(
+        None,
+        "FILE",
+        "Paths and areas, as .html, .svg, .pdf, .png; the page has the shortest over all shapes.",
+    )
     as_json: Json = False
 
 
-Part = Annotated[Path, arg("PART.stl|.step|.csv", "Facets, a solid that is triangulated, or points x, y, z.")]
-Scale = Annotated[float, opt("MM", "mm per unit of an STL or of points; 25.4 for inches.", above_zero)]
+Part = Annotated[
+    Path, argument("PART.stl|.step|.csv", "Facets, a solid that is triangulated, or points x, y, z.")
+]
+Scale = Annotated[float, option("MM", "mm per unit of an STL or of points; 25.4 for inches.", above_zero)]
 
 
 @command(
@@ -213,12 +205,12 @@ class Drop:
     """Heights of a part, or of a tool dropped onto it: a table of x, y, z and what is touched."""
 
     part: Part
-    points: Annotated[str, opt("WHERE", "x,y;x,y or grid:MM or a file of lines x,y.")]
-    tool: Annotated[
-        str | None, opt("KIND:D[:R]", "flat:10, ball:10, bull:10:1; none (default): heights of the part.")
-    ] = None
-    chord: Annotated[float, opt("MM", "Of the facets of a STEP file.", above_zero)] = 0.01
-    floor: Annotated[float | None, opt("Z", "The tip goes no lower.", finite)] = None
+    points: str = opt(..., "WHERE", "x,y;x,y or grid:MM or a file of lines x,y.")
+    tool: str | None = opt(
+        None, "KIND:D[:R]", "flat:10, ball:10, bull:10:1; none (default): heights of the part."
+    )
+    chord: float = opt(0.01, "MM", "Of the facets of a STEP file.", above_zero)
+    floor: float | None = opt(None, "Z", "The tip goes no lower.", finite)
     scale: Scale = 1.0
     as_json: Json = False
 
@@ -227,9 +219,9 @@ class Drop:
 class Distance:
     """How far an STL is from its STEP: corners, middles of edges and of facets, outside and inside."""
 
-    facets: Annotated[Path, arg("PART.stl", "The exported facets.")]
-    solid: Annotated[Path, arg("PART.step", "The solid that they were exported from.")]
-    chord: Annotated[float, opt("MM", "Accuracy of the solid.", above_zero)] = 0.001
+    facets: Path = arg("PART.stl", "The exported facets.")
+    solid: Path = arg("PART.step", "The solid that they were exported from.")
+    chord: float = opt(0.001, "MM", "Accuracy of the solid.", above_zero)
     scale: Scale = 1.0
     as_json: Json = False
 
@@ -254,39 +246,31 @@ class Passes:
     """Passes over a surface in three or five axes, or waterlines, that do not cut into the part."""
 
     part: Part
-    tool: Annotated[str, opt("KIND:D[:R]", "flat:10, ball:10 or bull:10:1, mm.")]
-    scallop: Annotated[float | None, opt("MM", "Scallop height left between passes.", above_zero)] = None
-    step: Annotated[float | None, opt("MM", "Distance of passes in plan.", above_zero)] = None
-    chord: Annotated[float, opt("MM", "Largest distance of the path from the exact one.", above_zero)] = 0.01
-    lead: Annotated[
-        float | None, opt("DEG", "Five axes: the tool leans along the feed.", within(-89, 89))
-    ] = None
-    tilt: Annotated[float | None, opt("DEG", "Five axes: it leans across the feed.", within(-89, 89))] = None
-    tilt_limit: Annotated[
-        float, opt("DEG", "Largest deviation from the tilt that was given.", within(0, 180))
-    ] = 30.0
-    normals: Annotated[
-        Literal["facet", "resultant", "area", "angle"], opt("facet|resultant|area|angle", WEIGHTS)
-    ] = "angle"
-    sharp: Annotated[float, opt("DEG", FACETS, within(0, 180))] = 30.0
-    direction: Annotated[float, opt("DEG", "Direction of the passes, from +x.", within(-360, 360))] = 0.0
-    waterline: Annotated[list[float] | None, opt("Z", LOOPS, finite)] = None
-    levels: Annotated[float | None, opt("MM", "Loops at levels this far apart.", above_zero)] = None
-    floor: Annotated[float | None, opt("Z", "The tip goes no lower; default: the bottom.", finite)] = None
-    feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 1000.0
-    spindle: Annotated[float, opt("REV/MIN", "Speed to write.", above_zero)] = 6000.0
-    scale: Scale = 1.0
-    turn: Annotated[str, opt("A,B,C", "Degrees about x, then y, then z, of the part.")] = "0,0,0"
-    to_origin: Annotated[bool, flag("--to-origin", "Lowest corner of its box at 0, after --turn.")] = False
-    move: Annotated[str, opt("X,Y,Z", "mm, after both.")] = "0,0,0"
-    one_way: Annotated[bool, flag("--one-way", "All passes in one direction.")] = False
-    machine: Annotated[str | None, opt("NAME|FILE", "Five axes as .nc: rotary words of this machine.")] = None
-    joint_linear: Annotated[
-        bool, flag("--joint-linear", "With --machine: no tool centre point control (M128).")
-    ] = False
-    out: Annotated[Path | None, opt("FILE", ".nc (iso), .csv (poses) or .cls (apt); a job next to it.")] = (
-        None
+    tool: str = opt(..., "KIND:D[:R]", "flat:10, ball:10 or bull:10:1, mm.")
+    scallop: float | None = opt(None, "MM", "Scallop height left between passes.", above_zero)
+    step: float | None = opt(None, "MM", "Distance of passes in plan.", above_zero)
+    chord: float = opt(0.01, "MM", "Largest distance of the path from the exact one.", above_zero)
+    lead: float | None = opt(None, "DEG", "Five axes: the tool leans along the feed.", within(-89, 89))
+    tilt: float | None = opt(None, "DEG", "Five axes: it leans across the feed.", within(-89, 89))
+    tilt_limit: float = opt(30.0, "DEG", "Largest deviation from the tilt that was given.", within(0, 180))
+    normals: Literal["facet", "resultant", "area", "angle"] = opt(
+        "angle", "facet|resultant|area|angle", WEIGHTS
     )
+    sharp: float = opt(30.0, "DEG", FACETS, within(0, 180))
+    direction: float = opt(0.0, "DEG", "Direction of the passes, from +x.", within(-360, 360))
+    waterline: list[float] | None = opt(None, "Z", LOOPS, finite)
+    levels: float | None = opt(None, "MM", "Loops at levels this far apart.", above_zero)
+    floor: float | None = opt(None, "Z", "The tip goes no lower; default: the bottom.", finite)
+    feed: float = opt(1000.0, "MM/MIN", "Along the path.", above_zero)
+    spindle: float = opt(6000.0, "REV/MIN", "Speed to write.", above_zero)
+    scale: Scale = 1.0
+    turn: str = opt("0,0,0", "A,B,C", "Degrees about x, then y, then z, of the part.")
+    to_origin: bool = flag("--to-origin", "Lowest corner of its box at 0, after --turn.")
+    move: str = opt("0,0,0", "X,Y,Z", "mm, after both.")
+    one_way: bool = flag("--one-way", "All passes in one direction.")
+    machine: str | None = opt(None, "NAME|FILE", "Five axes as .nc: rotary words of this machine.")
+    joint_linear: bool = flag("--joint-linear", "With --machine: no tool centre point control (M128).")
+    out: Path | None = opt(None, "FILE", ".nc (iso), .csv (poses) or .cls (apt); a job next to it.")
     as_json: Json = False
 
 
@@ -298,13 +282,11 @@ class Passes:
 class Flank:
     """A ruled face with the side of the tool (swarf): path, and how far the tool cuts into the face."""
 
-    rulings: Annotated[Path, arg("RULINGS.csv", "Lines x1,y1,z1,x2,y2,z2: ends of rulings, the lower first.")]
-    tool: Annotated[str, opt("flat:D", "Diameter of the end mill, mm.")]
-    side: Annotated[
-        Literal["left", "right"], opt("left|right", "Where the tool stands, seen along the feed.")
-    ] = "left"
-    below: Annotated[float, opt("MM", "The tip goes so far below the lower rail.", within(0, 1e3))] = 0.0
-    feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 1000.0
-    spindle: Annotated[float, opt("REV/MIN", "Speed to write.", above_zero)] = 6000.0
-    out: Annotated[Path | None, opt("FILE", ".csv (poses), .cls (apt) or .nc (iso, upright tool).")] = None
+    rulings: Path = arg("RULINGS.csv", "Lines x1,y1,z1,x2,y2,z2: ends of rulings, the lower first.")
+    tool: str = opt(..., "flat:D", "Diameter of the end mill, mm.")
+    side: Literal["left", "right"] = opt("left", "left|right", "Where the tool stands, seen along the feed.")
+    below: float = opt(0.0, "MM", "The tip goes so far below the lower rail.", within(0, 1e3))
+    feed: float = opt(1000.0, "MM/MIN", "Along the path.", above_zero)
+    spindle: float = opt(6000.0, "REV/MIN", "Speed to write.", above_zero)
+    out: Path | None = opt(None, "FILE", ".csv (poses), .cls (apt) or .nc (iso, upright tool).")
     as_json: Json = False

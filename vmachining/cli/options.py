@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from importlib import import_module
 from inspect import Parameter, signature
 from math import isfinite
@@ -58,38 +58,60 @@ def command(
 def _words(kind: Any) -> Iterator[Parameter]:
     """Parameters of all fields of a dataclass, and of the dataclasses in it."""
     types = get_type_hints(kind, include_extras=True)
-    for field in fields(kind):
-        if is_dataclass(types[field.name]):
-            yield from _words(types[field.name])
+    for one in fields(kind):
+        hint = types[one.name]
+        if is_dataclass(hint):
+            yield from _words(hint)
             continue
-        default = Parameter.empty if field.default is MISSING else field.default
-        yield Parameter(field.name, Parameter.KEYWORD_ONLY, default=default, annotation=types[field.name])
+        default = Parameter.empty if one.default is MISSING else one.default
+        if "word" in one.metadata:
+            hint = Annotated[hint, one.metadata["word"]]
+        yield Parameter(one.name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
 
 def _made(kind: Any, words: dict[str, Any]) -> Any:
     """The value of a dataclass from the words of its fields."""
     types = get_type_hints(kind)
-    names = (field.name for field in fields(kind))
+    names = (one.name for one in fields(kind))
     return kind(
         **{name: _made(types[name], words) if is_dataclass(types[name]) else words[name] for name in names}
     )
 
 
-def opt(
-    metavar: str | None, help: str, check: Callable[[Any], Any] | None = None, **more: Any
-) -> Any:  # fmt: skip
+def option(metavar: str | None, help: str, check: Callable[[Any], Any] | None = None, **more: Any) -> Any:
     """An option that is called as its field is; `check` is a callback, `more` goes to typer."""
     return typer.Option(metavar=metavar, help=help, callback=check, **more)
 
 
-def flag(name: str, help: str) -> Any:
+def switch(name: str, help: str) -> Any:
     """A switch that is off unless it is given."""
     return typer.Option(name, help=help)
 
 
-def arg(metavar: str, help: str) -> Any:
+def argument(metavar: str, help: str) -> Any:
     """A word without a name."""
     return typer.Argument(metavar=metavar, help=help)
+
+
+def opt(
+    default: Any, metavar: str | None, help: str, check: Callable[[Any], Any] | None = None, **more: Any
+) -> Any:
+    """A field that is an `option`; default : `...` where it must be given."""
+    return _field(default, option(metavar, help, check, **more))
+
+
+def flag(name: str, help: str) -> Any:
+    """A field that is a `switch`."""
+    return _field(False, switch(name, help))
+
+
+def arg(metavar: str, help: str, default: Any = ...) -> Any:
+    """A field that is an `argument`; default : `...` where it must be given."""
+    return _field(default, argument(metavar, help))
+
+
+def _field(default: Any, word: Any) -> Any:
+    return field(default=MISSING if default is ... else default, metadata={"word": word})
 
 
 def within(low: float, high: float) -> Callable[[Any], Any]:
@@ -138,27 +160,27 @@ finite = within(-MOST, MOST)
 
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output on stdout, and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary; errors only.")]
-Scheduler = Annotated[str | None, opt("ADDRESS", "Workers of this Dask scheduler instead.")]
-Resume = Annotated[bool, flag("--resume", "Continue where an interrupted run stopped.")]
+Scheduler = Annotated[str | None, option("ADDRESS", "Workers of this Dask scheduler instead.")]
+Resume = Annotated[bool, switch("--resume", "Continue where an interrupted run stopped.")]
 OfMachine = Annotated[
-    str | None, opt("NAME|FILE", "Preset, machine file or job; moves beyond its limits are findings.")
+    str | None, option("NAME|FILE", "Preset, machine file or job; moves beyond its limits are findings.")
 ]
-ProgramArg = Annotated[str, arg("PROGRAM", "NC program; - reads standard input.")]
-JobArg = Annotated[Path, arg("JOB.toml", "Job file.")]
-Out = Annotated[Path | None, opt("DIR", "Result directory; default out/NAME.")]
-Engine = Annotated[str | None, opt("NAME", "Of a job; default as in run.")]
-StockOut = Annotated[str, opt("LIST", "Finished stock as stl, 3mf, glb, step (comma list).")]
+ProgramArg = Annotated[str, argument("PROGRAM", "NC program; - reads standard input.")]
+JobArg = Annotated[Path, argument("JOB.toml", "Job file.")]
+Out = Annotated[Path | None, option("DIR", "Result directory; default out/NAME.")]
+Engine = Annotated[str | None, option("NAME", "Of a job; default as in run.")]
+StockOut = Annotated[str, option("LIST", "Finished stock as stl, 3mf, glb, step (comma list).")]
 LIBRARY = "Tool library: .tools, .json, .fctl, .fctb, .tbl, .t or .csv."
 Library = Annotated[Path | None, typer.Option("--tools", metavar="LIBRARY", help=LIBRARY)]
 ONE_TOOL = (
     "A tool that the program does not tell, such as 3=ball:10 or 1=flat:1/2in; repeatable, before --tools."
 )
 OneTool = Annotated[list[str] | None, typer.Option("--tool", metavar="N=TYPE:SIZE", help=ONE_TOOL)]
-Units = Annotated[str, opt(None, "mm or inch, if the program does not set it.")]
+Units = Annotated[str, option(None, "mm or inch, if the program does not set it.")]
 DIALECTS = "Program dialect: iso, fanuc, haas, mazak, okuma, mts, apt, poses; auto: detected and reported."
-Dialect = Annotated[str, opt(None, DIALECTS)]
-Tools = Annotated[Path | None, opt("FILE", "Tool table: a job file, or a LinuxCNC .tbl.")]
-ToolUnits = Annotated[Literal["mm", "inch"], opt("mm|inch", "Unit of a .tbl table.")]
-Home = Annotated[str, opt("X,Y,Z", "mm; where the tool starts and G28 returns to.")]
+Dialect = Annotated[str, option(None, DIALECTS)]
+Tools = Annotated[Path | None, option("FILE", "Tool table: a job file, or a LinuxCNC .tbl.")]
+ToolUnits = Annotated[Literal["mm", "inch"], option("mm|inch", "Unit of a .tbl table.")]
+Home = Annotated[str, option("X,Y,Z", "mm; where the tool starts and G28 returns to.")]
 TRAVEL = "mm, machine coordinates; moves beyond it are findings (E373)."
-Travel = Annotated[str | None, opt("X0,Y0,Z0,X1,Y1,Z1", TRAVEL)]
+Travel = Annotated[str | None, option("X0,Y0,Z0,X1,Y1,Z1", TRAVEL)]
