@@ -80,13 +80,11 @@ Force = Annotated[bool, switch("--force", "Replace the result of another job in 
 @command(
     jobs,
     "jobs:run_",
-    shown=(
-        "run part.toml",
-        "run part.toml --out out/fine --width 0.1% --stock stl,3mf",
-        "run part.toml --brep sample --resume",
-        "run part.toml --part 3/64",
-        "run part.nc --tool 1=flat:10 --tool 3=ball:6",
-    ),
+    "run part.toml",
+    "run part.toml --out out/fine --width 0.1% --stock stl,3mf",
+    "run part.toml --brep sample --resume",
+    "run part.toml --part 3/64",
+    "run part.nc --tool 1=flat:10 --tool 3=ball:6",
 )
 class Run:
     """Simulate one job: tables, summary, report, finished stock, and the rewritten program with [feed]."""
@@ -103,7 +101,7 @@ class Run:
     as_json: Json = False
 
 
-@command(jobs, "jobs:measure", shown=("measure job.toml --out out/measured",))
+@command(jobs, "jobs:measure", "measure job.toml --out out/measured")
 class Measure:
     """Measure the finished workpiece against [design] by discrete vectors: overcut, undercut, where it is."""
 
@@ -116,7 +114,7 @@ class Measure:
     as_json: Json = False
 
 
-@command(jobs, "jobs:merge_", shown=("merge out/part.part-*-of-4 --out out/part",))
+@command(jobs, "jobs:merge_", "merge out/part.part-*-of-4 --out out/part")
 class Merge:
     """Join all parts of a run into the result of a single run, with schedule, second opinions and files."""
 
@@ -132,10 +130,7 @@ Result = Annotated[Path, argument("RESULT", "Directory of a complete result.")]
 
 
 @command(
-    jobs,
-    "jobs:add_to_result",
-    "check",
-    shown=("check out/part --brep sample", "check out/part --brep 3,7-12"),
+    jobs, "jobs:add_to_result", "check out/part --brep sample", "check out/part --brep 3,7-12", name="check"
 )
 class CheckResult:
     """B-rep checks of a finished result; nothing is cut again."""
@@ -152,9 +147,7 @@ class CheckResult:
         return {"brep": self.brep, "brep_seconds": self.brep_seconds, "workers": self.workers}
 
 
-@command(
-    jobs, "jobs:add_to_result", "contact", shown=("contact out/part", "contact out/part --blocks sample")
-)
+@command(jobs, "jobs:add_to_result", "contact out/part", "contact out/part --blocks sample", name="contact")
 class Contact:
     """Add contact, chips and forces to a finished result; nothing is cut again."""
 
@@ -168,7 +161,7 @@ class Contact:
         return {"contact": self.blocks}
 
 
-@command(jobs, "init:init", shown=("init part.nc", "init part.nc --out jobs/part.toml --force"))
+@command(jobs, "init:init", "init part.nc", "init part.nc --out jobs/part.toml --force")
 class Init:
     """Write a commented job file from a program: dialect, units, tools and stock as far as the program gives them."""
 
@@ -185,10 +178,8 @@ class Init:
 @command(
     jobs,
     "batch:batch",
-    shown=(
-        "batch jobs/*.toml --out out/night --workers 4 --resume",
-        "batch jobs/*.toml --out /shared/night --scheduler tcp://10.0.0.5:8786",
-    ),
+    "batch jobs/*.toml --out out/night --workers 4 --resume",
+    "batch jobs/*.toml --out /shared/night --scheduler tcp://10.0.0.5:8786",
 )
 class Batch:
     """Simulate many jobs; one that fails does not stop the others. Ends with a table, a data set and a page."""
@@ -203,14 +194,14 @@ class Batch:
     as_json: Json = False
 
 
-@command(jobs, "warm:warm", shown=("warm",))
+@command(jobs, "warm:warm", "warm")
 class Warm:
     """Compile all kernels now, in two processes: no later command has to wait for them."""
 
     quiet: Quiet = False
 
 
-@command(jobs, "demo:demo", shown=("demo --out out/demo", "demo --list", "demo mould --out out/mould"))
+@command(jobs, "demo:demo", "demo --out out/demo", "demo --list", "demo mould --out out/mould")
 class Demo:
     """Simulate a model that comes with the package."""
 
@@ -230,7 +221,7 @@ KINDS = (
 )
 
 
-@command(shows, "show:figure", shown=("figure out/slot --kind load,stock --format svg,pdf",))
+@command(shows, "show:figure", "figure out/slot --kind load,stock --format svg,pdf")
 class Figure:
     """Figures for papers from a result directory: vector graphics, fonts embedded, axes with units."""
 
@@ -250,9 +241,7 @@ class Figure:
 
 
 @command(
-    shows,
-    "machine:machine",
-    shown=("machine", "machine xyzac-trt --out trunnion.html", "machine mill.toml --json"),
+    shows, "machine:machine", "machine", "machine xyzac-trt --out trunnion.html", "machine mill.toml --json"
 )
 class Describe:
     """Describe a machine: chain, class, axes, limits, options, legs; as text and as a page with pictures."""
@@ -262,7 +251,7 @@ class Describe:
     as_json: Json = False
 
 
-@command(shows, "view:view", shown=("view out/slot", "view models/slot/job.toml --port 8000"))
+@command(shows, "view:view", "view out/slot", "view models/slot/job.toml --port 8000")
 class View:
     """The report in a browser, on loopback only: of a job while it runs and whenever its files change. Ends with Ctrl-C."""
 
@@ -273,7 +262,7 @@ class View:
     once: bool = flag("--once", "Do not run the job again when its files change.")
 
 
-@command(shows, "show:strategies", shown=("strategies models/slot/job.toml", "strategies out/slot --json"))
+@command(shows, "show:strategies", "strategies models/slot/job.toml", "strategies out/slot --json")
 class Strategies:
     """All feed strategies on the same job: time, peak and spread of volume rate, chip area and force.
 

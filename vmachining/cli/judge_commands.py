@@ -30,12 +30,10 @@ judges = typer.Typer()
 @command(
     judges,
     "single:sweep",
-    shown=(
-        "sweep sweep.json --json",
-        "sweep sweep.json --no-brep --chord 0.001",
-        "sweep sweep.json --step sweep.step",
-        "sweep sweep.json --no-brep --plot regions.pdf --at 0.1,0.5,0.9",
-    ),
+    "sweep sweep.json --json",
+    "sweep sweep.json --no-brep --chord 0.001",
+    "sweep sweep.json --step sweep.step",
+    "sweep sweep.json --no-brep --plot regions.pdf --at 0.1,0.5,0.9",
 )
 class Sweep:
     """Volume of one sweep, with its bracket, and its B-rep solid."""
@@ -55,11 +53,9 @@ class Sweep:
 @command(
     judges,
     "engage:engage",
-    shown=(
-        "engage models/slot/job.toml --block 20 --at 0.5 --out out/block20",
-        "engage models/slot/job.toml --block 18-40 --every 1 --method analytic --chips --out out/chips",
-        "engage models/semi_finish/job.toml --block 1-46 --method analytic --section 90 --out out/section",
-    ),
+    "engage models/slot/job.toml --block 20 --at 0.5 --out out/block20",
+    "engage models/slot/job.toml --block 18-40 --every 1 --method analytic --chips --out out/chips",
+    "engage models/semi_finish/job.toml --block 1-46 --method analytic --section 90 --out out/section",
 )
 class Engage:
     """What the cutting edge touches at one instant of a block, or at many, for every rotation angle."""
@@ -87,7 +83,8 @@ class Engage:
 @command(
     judges,
     "single:block",
-    shown=("block models/slot/job.toml 12", "block models/mould/job.toml 700,20-24 3 --width 0.01% --json"),
+    "block models/slot/job.toml 12",
+    "block models/mould/job.toml 700,20-24 3 --width 0.01% --json",
 )
 class Block:
     """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
@@ -105,14 +102,12 @@ PAGE = "Show two results (DIR, blocks.parquet or blocks.csv) on one page; a sing
 @command(
     judges,
     "oracle:compare",
-    shown=(
-        "compare results.csv models/reference_pack/slot",
-        "compare results/ models/reference_pack --json",
-        "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",
-        "compare models/mould/job.toml --engines columns,dexel --blocks 100",
-        "compare out/slot --html schedule.html",
-        "compare out/before out/after --html both.html",
-    ),
+    "compare results.csv models/reference_pack/slot",
+    "compare results/ models/reference_pack --json",
+    "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",
+    "compare models/mould/job.toml --engines columns,dexel --blocks 100",
+    "compare out/slot --html schedule.html",
+    "compare out/before out/after --html both.html",
 )
 class Compare:
     """Compare volumes or engagement of another program with a reference, or our engines. Exit code 0: all inside, 1: not."""
@@ -132,10 +127,8 @@ class Compare:
 @command(
     judges,
     "oracle:pack",
-    shown=(
-        "pack models/slot/job.toml --out out/slot-pack --stock stl,step",
-        "pack models/reference_pack --out out/set",
-    ),
+    "pack models/slot/job.toml --out out/slot-pack --stock stl,step",
+    "pack models/reference_pack --out out/set",
 )
 class Pack:
     """Make a folder for testing engines: program, tools, stock, volumes with brackets, finished stock, hashes."""
@@ -152,7 +145,7 @@ class Pack:
     as_json: Json = False
 
 
-@command(judges, "single:bench", shown=("bench --list", "bench accuracy nc"))
+@command(judges, "single:bench", "bench --list", "bench accuracy nc")
 class Bench:
     """Run benchmarks; one JSON object per line."""
 
@@ -176,7 +169,7 @@ Logs = Annotated[
 Programs = Annotated[list[Path], option("P", "Program that ran: one for all logs, or one per log, in order.")]
 
 
-@command(times, "times:fit_", shown=("times fit a.log b.log --program a.nc --program b.nc --out mill.toml",))
+@command(times, "times:fit_", "times fit a.log b.log --program a.nc --program b.nc --out mill.toml")
 class Fit:
     """Fit the parameters of a machine to its logs: accelerations, corner tolerance, rapid, tool changes.
 
@@ -189,9 +182,7 @@ class Fit:
     as_json: Json = False
 
 
-@command(
-    times, "times:compare_", shown=("times compare run.log --program part.nc --machine mill.toml --json",)
-)
+@command(times, "times:compare_", "times compare run.log --program part.nc --machine mill.toml --json")
 class CompareTimes:
     """Compare predicted with logged times: whole, per tool, per block, at the overrides of the log."""
 
@@ -206,7 +197,8 @@ class CompareTimes:
 @command(
     times,
     "times:join_",
-    shown=("times join run.log --results out/part", "times join a.log b.log --results out/part --json"),
+    "times join run.log --results out/part",
+    "times join a.log b.log --results out/part --json",
 )
 class Join:
     """Join logs with the table of a run: removal rate, force and power beside feed and load of the log, per interval.
@@ -230,7 +222,7 @@ force = typer.Typer(
 On = Annotated[Literal["tool", "workpiece"], option("tool|workpiece", "What the measured forces act on.")]
 
 
-@command(force, "force:identify_", shown=(EXAMPLE,))
+@command(force, "force:identify_", EXAMPLE)
 class Identify:
     """Cutting and edge coefficients over the height, with residuals and intervals, as a coefficient file."""
 
@@ -259,10 +251,8 @@ class Identify:
 @command(
     force,
     "force:predict_",
-    shown=(
-        "force predict models/slot/job.toml --block 20-30 --out out/forces",
-        "force predict part.toml --measured trace.csv --on workpiece",
-    ),
+    "force predict models/slot/job.toml --block 20-30 --out out/forces",
+    "force predict part.toml --measured trace.csv --on workpiece",
 )
 class Predict:
     """Force over time: a revolution at every station of the blocks, as CSV and Parquet, with a picture."""

@@ -40,10 +40,8 @@ nc = typer.Typer(
 @command(
     programs,
     "post:post",
-    shown=(
-        "post part.cls --machine ac-table --dialect fanuc --out part.nc",
-        "post poses.csv --dialect sinumerik --out part.mpf",
-    ),
+    "post part.cls --machine ac-table --dialect fanuc --out part.nc",
+    "post poses.csv --dialect sinumerik --out part.mpf",
 )
 class Post:
     """Write a path as a program for a control: iso, fanuc, sinumerik or heidenhain."""
@@ -64,7 +62,8 @@ class Post:
 @command(
     programs,
     "dda:dda",
-    shown=("dda part.nc --blu 0.01 --out pulses.csv", "dda part.nc --tools job.toml --plot pulses.html"),
+    "dda part.nc --blu 0.01 --out pulses.csv",
+    "dda part.nc --tools job.toml --plot pulses.html",
 )
 class Dda:
     """Pulse trains for stepping motors, feed rate numbers, clocks and deviations of every motion."""
@@ -122,11 +121,9 @@ class Checking(Reading):
 @command(
     nc,
     "nc:check",
-    shown=(
-        "nc check part.nc --tools job.toml",
-        "nc check part.nc --machine mill.toml",
-        "nc check --explain E302",
-    ),
+    "nc check part.nc --tools job.toml",
+    "nc check part.nc --machine mill.toml",
+    "nc check --explain E302",
 )
 class Check:
     """Test a program. Exit code 0: clean, 1: it has findings of severity E."""
@@ -137,7 +134,7 @@ class Check:
     as_json: Json = False
 
 
-@command(nc, "nc:moves", shown=("nc moves part.nc --coordinates program --json",))
+@command(nc, "nc:moves", "nc moves part.nc --coordinates program --json")
 class Moves:
     """List the canonical motions of a program, one per line."""
 
@@ -150,7 +147,7 @@ class Moves:
     as_json: Json = False
 
 
-@command(nc, "nc:plot", shown=("nc plot part.nc", "nc plot part.h --out part.html"))
+@command(nc, "nc:plot", "nc plot part.nc", "nc plot part.h --out part.html")
 class Plot:
     """Backplot a program without a job: one page with path, program and feeds."""
 
@@ -168,9 +165,7 @@ toolpath = typer.Typer(
 
 
 @command(
-    toolpath,
-    "toolpath:pocket",
-    shown=("toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.pdf",),
+    toolpath, "toolpath:pocket", "toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.pdf"
 )
 class Pocket:
     """Triangular pocket: four strategies, their true and published lengths, the shortest as a program."""
@@ -198,9 +193,7 @@ Part = Annotated[
 Scale = Annotated[float, option("MM", "mm per unit of an STL or of points; 25.4 for inches.", above_zero)]
 
 
-@command(
-    toolpath, "surface:drop", shown=("toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json",)
-)
+@command(toolpath, "surface:drop", "toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json")
 class Drop:
     """Heights of a part, or of a tool dropped onto it: a table of x, y, z and what is touched."""
 
@@ -215,7 +208,7 @@ class Drop:
     as_json: Json = False
 
 
-@command(toolpath, "surface:distance", shown=("toolpath distance part.stl part.step --chord 0.001 --json",))
+@command(toolpath, "surface:distance", "toolpath distance part.stl part.step --chord 0.001 --json")
 class Distance:
     """How far an STL is from its STEP: corners, middles of edges and of facets, outside and inside."""
 
@@ -234,13 +227,11 @@ LOOPS = "Loops at this height; repeatable."
 @command(
     toolpath,
     "surface:surface",
-    shown=(
-        "toolpath surface part.stl --tool ball:8 --scallop 0.01 --out part.nc",
-        "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --out part.csv",
-        "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --machine ac-table --out part.nc",
-        "toolpath surface part.stl --tool flat:6 --levels 2 --out part.nc",
-        "toolpath surface part.stl --turn 90,0,0 --to-origin --tool ball:8 --step 1 --out part.nc",
-    ),
+    "toolpath surface part.stl --tool ball:8 --scallop 0.01 --out part.nc",
+    "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --out part.csv",
+    "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --machine ac-table --out part.nc",
+    "toolpath surface part.stl --tool flat:6 --levels 2 --out part.nc",
+    "toolpath surface part.stl --turn 90,0,0 --to-origin --tool ball:8 --step 1 --out part.nc",
 )
 class Passes:
     """Passes over a surface in three or five axes, or waterlines, that do not cut into the part."""
@@ -274,11 +265,7 @@ class Passes:
     as_json: Json = False
 
 
-@command(
-    toolpath,
-    "surface:flank",
-    shown=("toolpath flank rulings.csv --tool flat:12 --side right --out swarf.csv",),
-)
+@command(toolpath, "surface:flank", "toolpath flank rulings.csv --tool flat:12 --side right --out swarf.csv")
 class Flank:
     """A ruled face with the side of the tool (swarf): path, and how far the tool cuts into the face."""
 

@@ -27,13 +27,11 @@ def examples(*lines: str) -> str:
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
-def command(
-    app: typer.Typer, runs: str, name: str = "", *, shown: tuple[str, ...]
-) -> Callable[[type[T]], type[T]]:
+def command(app: typer.Typer, runs: str, *shown: str, name: str = "") -> Callable[[type[T]], type[T]]:
     """Hang a class into a tree as a command: a frozen dataclass whose docstring is the help and whose fields are the words.
 
     A field that is a dataclass gives its own fields. runs : "file:function" in this room, which takes the value; imported when
-    the command runs. name : that of the function if not given. shown : lines of example.
+    the command runs. shown : lines of example. name : that of the function if not given.
     """
     file, _, function = runs.partition(":")
 
