@@ -205,7 +205,7 @@ def machines() -> str:
 
 def findings() -> str:
     """The catalogue of the tester."""
-    from vmachining.nc.catalogue import CATALOGUE
+    from vmachining.nc.findings import CATALOGUE
 
     rows = ((f"`{c}`", e.title, e.explanation, e.hint) for c, e in sorted(CATALOGUE.items()))
     return (

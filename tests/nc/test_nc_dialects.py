@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vmachining.nc import Motion, Program, ToolEntry, move_record, parse_program
-from vmachining.nc.mts import degression
+from vmachining.nc.cycles import degression
 
 R, F, D = Motion.RAPID, Motion.LINEAR, Motion.DWELL
 

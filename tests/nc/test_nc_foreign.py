@@ -8,7 +8,7 @@ import pytest
 
 from vmachining.errors import NCError
 from vmachining.nc import ToolEntry, decode_program, parse_program, split_lines
-from vmachining.nc.foreign import recognised
+from vmachining.nc.files import recognised
 
 ROOT = Path(__file__).parents[2]
 TOOLS = {1: ToolEntry(1, 10.0, 50.0)}

@@ -9,8 +9,7 @@ import re
 import pytest
 
 from vmachining.nc import ToolEntry, blocks, move_record, parse_program
-from vmachining.nc.repeated import Repeated
-from vmachining.nc.templates import Templates
+from vmachining.nc.quick import Repeated, Templates
 
 TOOLS = {1: ToolEntry(1, 10.0, 50.0)}
 MODES = [

@@ -37,9 +37,9 @@ from vmachining.nc import (
     decode_program,
     split_lines,
 )
+from vmachining.nc.conventions import unit_of
 from vmachining.nc.stockcomments import placed, stock_note
 from vmachining.nc.toolcomments import ToolNote
-from vmachining.nc.units import unit_of
 from vmachining.sweep import Turn
 
 ALLOWANCE_MM = 2.0

@@ -6,7 +6,7 @@
                          counter-clockwise about the axis i,j,k, from the tool to the point of the GOTO;
                          w, at most 360 degrees, repeats it)
     INDIRV/dx,dy,dz and TLON,GOFWD/(CIRCLE/cx,cy,cz,r),ON,(LINE/cx,cy,cz,ex,ey,ez)      an arc, as CATIA writes it
-    CYCLE/DRILL|DEEP|BRKCHP|TAP|BORE|...,RAPTO,a,FEDTO,b,RTRCTO,c,MMPM,f   CYCLE/OFF   (`apt_cycles.py`)
+    CYCLE/DRILL|DEEP|BRKCHP|TAP|BORE|...,RAPTO,a,FEDTO,b,RTRCTO,c,MMPM,f   CYCLE/OFF   (`apt_motions.py`)
     LOADTL/n  LOAD/TOOL,n  TOOLNO/n      CUTTER/d[,...]   SPINDL/[RPM,]n[,CLW|CCLW]   SPINDL/ON|OFF   DELAY/seconds
     MULTAX[/ON|OFF]      UNITS/MM|INCHES  UNIT/MM   END  FINI  END-OF-PATH
     TOOL PATH/op,TOOL,name   TLDATA/...   MSYS/origin, x axis, y axis   CSYS/3 x 4 matrix   TRNTYP/WORLD
@@ -24,16 +24,22 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from vmachining.nc.apt_cycles import cycle_of
-from vmachining.nc.apt_motions import FEED_UNITS, AptMotions, Circle, along
-from vmachining.nc.apt_records import COMMENTS, Record, parse_record, records
+from vmachining.nc.apt_motions import (
+    COMMENTS,
+    FEED_UNITS,
+    AptMotions,
+    Circle,
+    Record,
+    along,
+    cycle_of,
+    parse_record,
+    records,
+)
 from vmachining.nc.frames import UP, cross, dot
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Declared, Motion, Point, Reading
+from vmachining.nc.model import Declared, Motion, Point, Reading, RecordError, add, subtract
 from vmachining.nc.poses import unit_axis
-from vmachining.nc.refusal import RecordError
 from vmachining.nc.settings import Settings
-from vmachining.nc.vectors import add, subtract
 
 NO_MOTION: Final = frozenset(
     {"COOLNT", "CUTTER", "INTOL", "OUTTOL", "TOLER", "OPSTOP", "STOP", "REWIND", "AUTOPS", "CLPRNT", "SETUP", "OP",

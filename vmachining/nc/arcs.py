@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple, TypeAlias
 
-from vmachining.nc.refusal import ArcError
+from vmachining.nc.model import ArcError
 from vmachining.tolerance import ARC_RADIUS_MM, LENGTH_EPS_MM
 
 Pair: TypeAlias = tuple[float, float]

@@ -11,18 +11,16 @@ from bisect import bisect_left
 from typing import Final
 
 from vmachining.errors import NCError
-from vmachining.nc.carried import carried
-from vmachining.nc.control import Structure, find_structure
 from vmachining.nc.fanuc_lathe import Lathe
 from vmachining.nc.fanuc_lines import folded
 from vmachining.nc.fanuc_macro import NEXT_PROGRAM, MacroFlow, next_program, steers
-from vmachining.nc.flow import Flow, FlowStop
+from vmachining.nc.files import find_tape
+from vmachining.nc.flow import Flow, FlowStop, Structure, find_structure
 from vmachining.nc.lexer import MAX_LINE, Word
 from vmachining.nc.model import Motion
 from vmachining.nc.one_block import MAX_ERRORS, MAX_WARNINGS, GiveUpError, OneBlock
-from vmachining.nc.quick import BLOCK, CHANGED, offset, quick_move
-from vmachining.nc.repeated import AGAIN
-from vmachining.nc.tape import find_tape
+from vmachining.nc.placing import carried
+from vmachining.nc.quick import AGAIN, BLOCK, CHANGED, offset, quick_move
 
 _PROGRAM_NUMBER: Final = re.compile(r"(?:[oO][ \t]*[0-9]+|:[0-9]+)[ \t]*(?:\(|;|$)|[oO].*\b[sS][uU][bB]\b")
 _LOCAL: Final = re.compile(r"M0*97[ \t]*P", re.IGNORECASE)

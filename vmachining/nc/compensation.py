@@ -13,7 +13,7 @@ the normal axis wait with it at its end.
     exit           the last segment ends beside its programmed end; the next move leaves from there
 
 Nothing is trimmed away altogether: a piece that would run backwards is a gouge (E355). A piece that reaches over
-the segment before or after it is a warning (W355, `gouge.py`), because controls cut it. Only neighbours are
+the segment before or after it is a warning (W355, `cuts_into`), because controls cut it. Only neighbours are
 looked at: a contour that crosses itself later is cut as programmed.
 Sources: RS274/NGC; observed behaviour of LinuxCNC 2.9, which passes over corners that turn by less than 0.05 rad.
 That is copied unless the corners are "exact", "miter" or "line".
@@ -27,19 +27,17 @@ import math
 from typing import Final, NamedTuple
 
 from vmachining.nc.arcs import Plane
-from vmachining.nc.gouge import cuts_into
-from vmachining.nc.model import Motion, Move, Point
+from vmachining.nc.model import CompensationError, Motion, Move, Point, add, put, subtract
 from vmachining.nc.offset_curves import (
     Curve,
     Pair,
+    cuts_into,
     meet,
     offset_arc,
     offset_line,
     trim_end,
     trim_start,
 )
-from vmachining.nc.refusal import CompensationError
-from vmachining.nc.vectors import add, put, subtract
 
 _make = tuple.__new__  # of named tuples: their own constructors take twice as long
 

@@ -15,9 +15,9 @@ from typing import Final
 
 from vmachining.installed import Installed
 from vmachining.nc.blocks import Reader
-from vmachining.nc.checks import finding
 from vmachining.nc.conventions import times
-from vmachining.nc.foreign import Foreign, never_a_program, recognised
+from vmachining.nc.files import Foreign, never_a_program, recognised
+from vmachining.nc.findings import finding
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Finding
 from vmachining.nc.model import Reading as Reading

@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from vmachining.errors import NCError
-from vmachining.nc.decode import decode_program
+from vmachining.nc.files import decode_program
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Declared, Reading
+from vmachining.nc.model import Declared, PenError, Reading
 from vmachining.nc.pen import Pen
-from vmachining.nc.refusal import PenError
 from vmachining.nc.settings import Settings
 
 MAX_FINDINGS: Final = 1000

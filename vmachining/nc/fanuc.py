@@ -10,19 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from vmachining.nc import fanuc_haas as haas
 from vmachining.nc import fanuc_okuma as okuma
-from vmachining.nc.block import Block, Problem
-from vmachining.nc.codes import CYCLES
-from vmachining.nc.fanuc_cycles import BORING, CYCLE_WORDS, dwell, holes, taps
-from vmachining.nc.fanuc_line import Line, Words
+from vmachining.nc.block import CYCLES, Block, Problem
+from vmachining.nc.fanuc_cycles import BORING, CYCLE_WORDS, dwell, expand, haas_code, holes, taps
+from vmachining.nc.fanuc_line import Line, Registers, Words
 from vmachining.nc.fanuc_places import TAKEN, Places, polar
-from vmachining.nc.fanuc_registers import Registers
 from vmachining.nc.frames import UP, unit
 from vmachining.nc.lexer import Word
+from vmachining.nc.model import add, put
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, State
-from vmachining.nc.vectors import add, put
 
 LOOK_AHEAD: Final = "look-ahead, smoothing or accuracy"
 NOTED: Final[dict[int, tuple[str, str]]] = {
@@ -133,7 +130,7 @@ class Translator(Registers):
         elif axes and out.pivot is None and not codes & (CLAIMS - {530}):
             self.places.leaning(out)
         if self.repeated is not None:
-            haas.expand(self, out)
+            expand(self, out)
         if self.changer and {"X", "Y"} & out.letters():  # with a new tool the control goes down last
             out.ahead.append([(w, v) for w, v in out.pairs if w.letter in "TXY" or (w.letter, v) in ALSO])
             out.drop("TXY")
@@ -208,7 +205,7 @@ class Translator(Registers):
         splines = code in (50, 51, 52, 53) and out.has("XYZ") and not out.taken
         others = codes & (CLAIMING - {code})
         if (self.variant == "okuma" and okuma.code(self, word, code, out)) or (
-            self.variant == "haas" and haas.code(self, word, code, out)
+            self.variant == "haas" and haas_code(self, word, code, out)
         ):
             return
         if code in (71, 1070):

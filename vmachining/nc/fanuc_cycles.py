@@ -1,16 +1,182 @@
-"""Canned cycles of the Fanuc family brought into the words of the core: repetitions, words of the cycle before."""
+"""Canned cycles of the Fanuc family brought into the words of the core: repetitions, words of the cycle before.
+
+A Haas mill has its own (source: its operator's manual):
+
+G70 I J L, G71 I J K L, G72 I J L   holes of the cycle in force on a circle, an arc, a line
+G12, G13 I K Q D L Z F              circular pocket from where the tool is, clockwise or not
+G73, G83 I J K                      first peck, how much less each time, the least
+G101 X, G100                        mirror at the zero of the part, and its end
+G110 to G129                        work offsets G154 P1 to P20
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Final
 
-from vmachining.nc.codes import CYCLES
-from vmachining.nc.fanuc_haas import pecks
+from vmachining.nc.block import CYCLES
 from vmachining.nc.fanuc_line import Line, Words
+from vmachining.nc.lexer import Word
 from vmachining.nc.state import State
 
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
+
+PATTERNS: Final = (700, 710, 720)
+MOST: Final = 10_000
+"""Holes of a pattern, circles of a pocket: beyond it is a typing error."""
+
+
+def haas_code(translator: Translator, word: Word, number: int, line: Line) -> bool:
+    """A G code that these controls have for themselves; False for another. Patterns and pockets are left to `expand`."""
+    places = translator.places
+    if 1100 <= number <= 1290 and number % 10 == 0:
+        line.choose(line.before, 100000 + number // 10 - 109)
+    elif number == 1010:
+        places.mirror(dict.fromkeys(line.given.keys() & set("XYZ"), 0.0), line)
+        line.taken |= set("XYZ")
+    elif number == 1000:
+        if not places.end("mirror", line):
+            translator.say("G100", word, f"{word.text}: nothing is mirrored")
+        line.taken |= set("XYZ")
+    elif (number in PATTERNS and "L" in line.given) or number in (120, 130):
+        translator.repeated = word, number
+    else:
+        return False
+    return True
+
+
+def pecks(translator: Translator, line: Line, active: int) -> None:
+    """I J K of a peck cycle are not repetitions: they go to the core as a peck that shrinks."""
+    if active not in (730, 830):
+        for like, _ in line.only("IJK"):
+            what = f"{like.text}: how this cycle retracts or shifts, which is ignored"
+            translator.say(f"cycle {like.letter}", like, what)
+        line.drop("IJK")
+        return
+    first, less, least = (line.value(letter) for letter in "IJK")
+    line.drop("JK")
+    if first:
+        like, scale = line.word("I"), line.state.scale
+        line.drop("IQ")
+        line.add("Q", first, like)
+        line.become(line.before, shrink=((less or 0.0) * scale, (least or 0.0) * scale))
+    elif {730, 830} & line.now():
+        line.become(line.before, shrink=None)
+
+
+class _Way:
+    """Blocks that lead to one place after another, in the coordinates or steps of a line."""
+
+    def __init__(self, word: Word, line: Line) -> None:
+        self.word, self.line = word, line
+        codes, state = line.now(), line.state
+        self.absolute = 900 in codes or (state.absolute and 910 not in codes)
+        self.at = x, y = state.program[0] / state.scale, state.program[1] / state.scale
+        back = (0.0, 0.0) if self.absolute else (x, y)
+        u, v = line.value("X"), line.value("Y")
+        self.start = x if u is None else u + back[0], y if v is None else v + back[1]
+
+    def to(self, x: float, y: float) -> Words:
+        """The words that lead to a place."""
+        u, v = (x, y) if self.absolute else (x - self.at[0], y - self.at[1])
+        self.at = x, y
+        return [(self.word._replace(letter="X"), u), (self.word._replace(letter="Y"), v)]
+
+
+def expand(translator: Translator, line: Line) -> None:
+    """A pattern of holes or a pocket becomes blocks before its own, which keeps what is not a place."""
+    assert translator.repeated is not None
+    word, number = translator.repeated
+    translator.repeated = None
+    way = _Way(word, line)
+    if number not in PATTERNS:
+        _pocket(translator, way, ccw=number == 130)
+        return
+    if next(iter(line.now() & CYCLES), line.state.motion) not in CYCLES:
+        what = f"{word.text} repeats a canned cycle, but none is active"
+        line.refuse(word, what, "program the cycle before it, with L0")
+        return
+    places, count = list(_holes(number, line, way.start)), line.get("L")
+    line.drop("XY")
+    needs = {700: "I", 710: "IK", 720: "I"}[number]
+    if not 0 < len(places) <= MOST or count != int(count):
+        line.refuse(word, f"{word.text} needs L, the number of holes")
+    elif line.state.plane.name != "xy" or not all(map(line.get, needs)):
+        line.refuse(word, f"{word.text} needs {' and '.join(needs)}, in G17")
+    else:
+        for x, y in places[:-1]:
+            line.ahead.append([*line.pairs, *way.to(x, y)])
+            line.drop("MST")
+        line.pairs += way.to(*places[-1])
+
+
+def _holes(number: int, line: Line, start: tuple[float, float]) -> Iterator[tuple[float, float]]:
+    """Their places, in program units."""
+    size, angle, step, count = map(line.get, "IJKL")
+    for k in range(int(count) if 0.0 < count <= MOST else 0):
+        if number == 720:
+            turn, reach = angle, size * k
+        else:
+            turn, reach = angle + (360.0 / count if number == 700 else step) * k, size
+        yield start[0] + reach * math.cos(math.radians(turn)), start[1] + reach * math.sin(math.radians(turn))
+
+
+def _pocket(translator: Translator, way: _Way, *, ccw: bool) -> None:
+    """Down, out by a half circle to +X, full circles joined by half circles, and back to the middle by a half circle."""
+    word, line, (x, y) = way.word, way.line, way.start
+    state, register, last, step = line.state, line.get("D"), line.get("K"), line.get("Q")
+    entry, first, loops = state.table.get(state.tool), line.get("I"), line.get("L", 1.0)
+    wear = translator.settings.control.compensation == "wear"
+    own = translator.own_radius(int(register), entry) if register else 0.0
+    if "D" not in line.given or (entry is None and own is None and not wear):
+        what = f"{word.text}: the tool radius is not known"
+        line.refuse(word, what, "give D and a tool table; D0: I and K are those of the tool centre")
+        return
+    if own is None:
+        own = 0.0 if wear or entry is None else entry.diameter_mm / 2.0
+    radius, what = own / state.scale, ""
+    if "I" not in line.given or state.plane.name != "xy":
+        what = f"{word.text} needs I, a radius, in G17"
+    elif ("K" in line.given) != bool(step) or step < 0.0 or (step and last < first):
+        what = f"{word.text} needs K, the last radius, and Q, the step from I to K, or none of them"
+    elif loops < 1.0 or loops != int(loops):
+        what = f"{word.text} L{loops:g}: how often it runs is a whole number"
+    if what:
+        line.refuse(word, what)
+        return
+    sizes, size = list[float](), first
+    while step and size < last - 1e-9 and len(sizes) < MOST:
+        sizes.append(size - radius)
+        size += step
+    sizes.append((last if step else first) - radius)
+    if not 0.0 < sizes[0] <= sizes[-1] or len(sizes) >= MOST:
+        line.refuse(word, f"{word.text}: radii of {first:g} to {last or first:g} leave no room for the tool")
+        return
+    what = f"{word.text}: where the control leaves the middle is its own; here by a half circle towards +X"
+    translator.say("pocket", word, what, "I213")
+    depth, keep, placed = line.only("ZF"), line.only("GMS"), line.letters() & set("XY")
+    g = word._replace(letter="G")
+
+    def bend(to: float, centre: float) -> None:
+        """An arc to x + `to`, with its centre so far from where it begins."""
+        arc = (g, 3.0 if ccw else 2.0), *way.to(x + to, y), (word._replace(letter="I"), centre)
+        line.ahead.append(list(arc))
+
+    if keep or placed:
+        line.ahead.append([*keep, *([(g, 0.0), *way.to(x, y)] if placed else [])])
+    for k in range(min(int(loops), MOST)):
+        if depth and not (k and state.absolute and 910 not in line.now()):
+            line.ahead.append([(g, 1.0), *depth])
+        side, reach = 1.0, 0.0
+        for size in sizes:
+            bend(side * size, side * (reach + size) / 2.0)  # from the other side, or the middle, to this one
+            bend(side * size, -side * size)
+            side, reach = -side, size
+        bend(0.0, side * reach / 2.0)
+    line.drop("GXYZFMSP")
+
 
 CYCLE_WORDS: Final = {
     810: "", 820: "P", 730: "Q", 830: "Q", 740: "P", 840: "P", 850: "", 860: "P", 890: "P", 760: "P", 870: "PQ", 880: "P",

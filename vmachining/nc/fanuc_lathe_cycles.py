@@ -13,8 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from vmachining.nc.block import Problem
-from vmachining.nc.codes import spell
+from vmachining.nc.block import Problem, spell
 from vmachining.nc.fanuc import Translator
 from vmachining.nc.fanuc_line import Line, Words
 from vmachining.nc.lexer import Word

@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING, Final
 from vmachining.nc.fanuc_line import Line
 from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, cross, dot, matmul, unit
 from vmachining.nc.lexer import Word
-from vmachining.nc.model import Point
+from vmachining.nc.model import Point, add, subtract
 from vmachining.nc.placing import swung
 from vmachining.nc.state import ORIGIN, State
-from vmachining.nc.vectors import add, subtract
 
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.expressions import NoValueError
-from vmachining.nc.vectors import put
+from vmachining.nc.model import put
 
 if TYPE_CHECKING:
     from vmachining.nc.state import State

@@ -8,19 +8,16 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from vmachining.nc import cycles, mts, offsets
+from vmachining.nc import cycles, offsets
 from vmachining.nc.arcs import PLANES, arc_length, center_from_radius, check_center, is_rounded
-from vmachining.nc.block import Block, Problem
-from vmachining.nc.carried import turned_arc
-from vmachining.nc.codes import CYCLES, spell
+from vmachining.nc.block import CYCLES, Block, Problem, spell
 from vmachining.nc.compensation import Compensation
 from vmachining.nc.lexer import Word
-from vmachining.nc.model import Motion, Move, Point
-from vmachining.nc.refusal import ArcError
+from vmachining.nc.model import ArcError, Motion, Move, Point, add, put, subtract
+from vmachining.nc.placing import turned_arc
 from vmachining.nc.run import Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, State
-from vmachining.nc.vectors import add, put, subtract
 
 INCH: Final = 25.4
 _FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}
@@ -309,7 +306,7 @@ class _Interpreter(Run):
             if state.motion not in CYCLES:
                 state.cycle = None
         if block.stored is not None:
-            mts.execute(self, block.stored)
+            cycles.execute(self, block.stored)
             if block.stored != 800:
                 return
         places = block.axes or block.rotary or block.polar

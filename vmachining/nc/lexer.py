@@ -16,7 +16,7 @@ import re
 from typing import Final, NamedTuple
 
 from vmachining.nc.expressions import Expression, ExpressionError, Name, parse_name, parse_value
-from vmachining.nc.foreign import keyword_control
+from vmachining.nc.files import keyword_control
 
 MAX_LINE: Final = 256
 """Longest line in characters; the line buffer of RS-274 controls."""

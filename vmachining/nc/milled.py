@@ -17,10 +17,9 @@ import math
 from collections.abc import Iterator
 from typing import Final, NamedTuple, Protocol
 
+from vmachining.nc.model import PenError, put
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.pen import Pen
-from vmachining.nc.refusal import PenError
-from vmachining.nc.vectors import put
 
 MOST: Final = 20_000
 WIDEST: Final = 1.7

@@ -1,4 +1,4 @@
-"""What a program becomes: rows of motion, and findings."""
+"""What a program becomes: rows of motion, and findings; arithmetic of points, and what cannot be executed."""
 
 from __future__ import annotations
 
@@ -188,3 +188,58 @@ class Program:
                     word=finding.word or None,
                     remedy=finding.hint or None,
                 )
+
+
+def add(a: Point, b: Point) -> Point:
+    """a + b."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def subtract(a: Point, b: Point) -> Point:
+    """a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def put(a: Point, values: Mapping[int, float]) -> Point:
+    """`a` with other coordinates along some axes."""
+    return values.get(0, a[0]), values.get(1, a[1]), values.get(2, a[2])
+
+
+class PenError(Exception):
+    """The block cannot be executed. code : of the catalogue. word : to blame, where it is known."""
+
+    def __init__(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        super().__init__(message)
+        self.code, self.word, self.hint = code, word, hint
+
+
+def refused(what: str, word: str = "", hint: str = "") -> PenError:
+    """What is not read."""
+    return PenError("E208", f"{what} is not supported", word, hint)
+
+
+def misread(text: str) -> PenError:
+    """A part of a block that follows no form that is known."""
+    return PenError("E109", f"'{text}' is not understood", text)
+
+
+class ArcError(PenError):
+    """The arc does not exist."""
+
+
+class CompensationError(PenError):
+    """The tool cannot go there."""
+
+
+class CornerError(PenError):
+    """The corner cannot be made."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__("E355", message)
+
+
+class RecordError(PenError):
+    """A record of a cutter location file that cannot be executed."""
+
+    def __init__(self, code: str, message: str, hint: str = "") -> None:
+        super().__init__(code, message, "", hint)

@@ -8,15 +8,14 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from vmachining.nc.codes import spell
+from vmachining.nc.block import spell
 from vmachining.nc.frames import UP, dot
 from vmachining.nc.lexer import Word
-from vmachining.nc.model import Motion, Point
+from vmachining.nc.model import Motion, Point, add, put, subtract
 from vmachining.nc.placing import swung
 from vmachining.nc.run import Run
 from vmachining.nc.state import ORIGIN, WORK_OFFSETS
 from vmachining.nc.tooltable import ToolEntry
-from vmachining.nc.vectors import add, put, subtract
 
 AXES: Final = "XYZ"
 

@@ -1,4 +1,4 @@
-"""One block of a word address program: by lexer, block checks and interpreter; what is wrong with it."""
+"""One block of a word address program: its numbers, by lexer, block checks and interpreter; what is wrong with it."""
 
 from __future__ import annotations
 
@@ -7,32 +7,37 @@ from collections.abc import Callable
 from typing import Final
 
 from vmachining.nc.arcs import PLANES
-from vmachining.nc.block import Block, Problem, block_number, build_block
-from vmachining.nc.carried import carried, pivoted
-from vmachining.nc.catalogue import CATALOGUE
-from vmachining.nc.codes import AXIS_CLAIMING, CYCLES, FANUC_G_GROUP, G_GROUP, MTS_G_GROUP
-from vmachining.nc.expressions import NoValueError, evaluate
+from vmachining.nc.block import (
+    AXIS_CLAIMING,
+    CYCLES,
+    FANUC_G_GROUP,
+    G_GROUP,
+    MTS_G_GROUP,
+    Block,
+    Problem,
+    block_number,
+    build_block,
+)
+from vmachining.nc.expressions import Expression, NoValueError, evaluate, to_least
 from vmachining.nc.fanuc import Translator
 from vmachining.nc.fanuc_lathe import Lathe
 from vmachining.nc.fanuc_lathe_cycles import Contour
 from vmachining.nc.fanuc_line import Words
-from vmachining.nc.fanuc_lines import prepare, tool_changer
+from vmachining.nc.fanuc_lines import heads, numbered, plain_lathe, prepare, tool_changer
 from vmachining.nc.fanuc_okuma import user_task
-from vmachining.nc.fanuc_turning import heads, numbered, plain_lathe
 from vmachining.nc.fanuc_variables import FAMILY_FREE
+from vmachining.nc.findings import CATALOGUE
 from vmachining.nc.flow import Flow
 from vmachining.nc.frames import UP
 from vmachining.nc.interpreter import INCH, execute
-from vmachining.nc.lexer import LexedLine, Word, lex_line
-from vmachining.nc.model import Finding, Motion, Move
-from vmachining.nc.repeated import Repeated
+from vmachining.nc.lexer import MAX_VALUE, LexedLine, Word, lex_line
+from vmachining.nc.model import Finding, Motion, Move, add
+from vmachining.nc.placing import carried, pivoted
+from vmachining.nc.quick import Repeated, Templates
 from vmachining.nc.run import BlockError, Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, Memory, State
 from vmachining.nc.subfiles import SubFiles
-from vmachining.nc.templates import Templates
-from vmachining.nc.values import line_values
-from vmachining.nc.vectors import add
 
 MAX_ERRORS: Final = 1000
 """Records of severity E after which a file is given up."""
@@ -400,3 +405,34 @@ class OneBlock:
         self.numbers.add(n)
         self.last = n
         self.highest = max(self.highest, n)
+
+
+def line_values(
+    lexed: LexedLine, memory: Memory, problems: list[Problem]
+) -> tuple[list[float], list[tuple[str | int, float]]]:
+    """Numbers of the words, and the assignments to make when the block is done; E108 is added to `problems`."""
+    values, writes = list[float](), list[tuple[str | int, float]]()
+    for word in lexed.words:
+        value = word.value
+        try:
+            if word.expression is not None:
+                value = evaluate(_in_word(word, word.expression, memory), memory)
+                if abs(value) > MAX_VALUE:
+                    raise NoValueError(f"{value:g} is out of range")
+        except NoValueError as exc:
+            problems.append(Problem("E108", word, str(exc)))
+        values.append(0.0 if value is None else value)
+    for item in lexed.assignments:
+        try:
+            writes.append(memory.resolve(item.target, item.value))
+        except NoValueError as exc:
+            place = Word("#", None, item.col, item.length, item.text)
+            problems.append(Problem("E108", place, str(exc)))
+    return values, writes
+
+
+def _in_word(word: Word, node: Expression, memory: Memory) -> Expression:
+    """ROUND in an address of the Fanuc family goes to 0.001 mm or degrees, 0.0001 inch."""
+    if not memory.family or word.letter not in "XYZABCUVWIJKRQ" or "ROUND" not in word.text.upper():
+        return node
+    return to_least(node, 1e3 if memory.state.scale == 1.0 or word.letter in "ABC" else 1e4)

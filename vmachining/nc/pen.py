@@ -2,7 +2,7 @@
 
 An interpreter says where to go in program coordinates; the pen keeps what is modal and makes the canonical moves.
 
-1. A segment waits for the next one, because a rounding, a chamfer or an approach may need its tangent (`corners.py`).
+1. A segment waits for the next one, because a rounding, a chamfer or an approach may need its tangent (`joined`).
 2. Cutter compensation runs in program coordinates (`compensation.py`), so that a mirror changes its side by itself.
 3. The frame carries the move into work coordinates. Where the frame tilts the tool, moves have its axis, and arcs
    are `Move.circle`.
@@ -21,13 +21,10 @@ from contextlib import contextmanager
 
 from vmachining.nc.arcs import arc_length, check_center, is_rounded
 from vmachining.nc.compensation import JOINED_MM, Compensation
-from vmachining.nc.corners import joined, segment, tangents
 from vmachining.nc.frames import UP, Frame
-from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
-from vmachining.nc.offset_curves import Pair
+from vmachining.nc.model import ASSUMED_RPM, ArcError, Motion, Move, PenError, Point, put
+from vmachining.nc.offset_curves import Pair, joined, segment, tangents
 from vmachining.nc.placing import Corner, Placing, swung
-from vmachining.nc.refusal import ArcError, PenError
-from vmachining.nc.vectors import put
 
 ASSUMED_TEETH = 2
 """Of a tool that nobody describes."""

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final, NamedTuple
 
-from vmachining.nc.checks import finding
+from vmachining.nc.findings import finding
 from vmachining.nc.lexer import MAX_VALUE, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point, Reading
 from vmachining.nc.settings import Settings

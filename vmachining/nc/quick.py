@@ -4,21 +4,38 @@
 
 Under cutter compensation the move goes through it (`offset`). What needs more than the modal state (turned coordinates,
 centres by R, the first word of a rotary axis, an error, a warning about the arc) is left to the long way.
+
+Blocks that say again what an earlier one said: holes of canned cycles at other places, the calls and ends of cycles.
+
+    [N] [G73 G74 G80 to G89 G90 G98 G99 ...] [X] [Y] [Z R Q P F L ...]
+
+The long way of the first one is kept as a pattern of motions with the modal state before it; a later block with the same
+words but X and Y, from an equal state and level, makes the same motions over its own place. Every number is computed as on the
+long way, so that nothing changes but the time it takes. A pattern is not kept where the block said something, turned an
+axis or moved to a third place.
+
+Lines with parameters and expressions: those that differ in their numbers only share one compiled function.
+
+A line is lexed and parsed the long way once; what its numbers become is written as a Python function of them. Where a value
+does not exist, or a line holds more than `BLOCK`, the long way is taken, which says why.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable, Iterator
+from dataclasses import fields
 from operator import attrgetter
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
-from vmachining.nc.arcs import check_center, is_rounded
-from vmachining.nc.model import Motion, Move
-from vmachining.nc.refusal import ArcError, CompensationError
+from vmachining.nc.arcs import PLANES, check_center, is_rounded
+from vmachining.nc.expressions import BINARY, FANUC, FUNCTIONS, Expression, Name, NoValueError
+from vmachining.nc.fanuc_variables import FAMILY_FREE
+from vmachining.nc.lexer import MAX_VALUE, Assignment, Word, lex_line
+from vmachining.nc.model import ArcError, CompensationError, Motion, Move, add
 from vmachining.nc.run import SLOWEST_MM_MIN
-from vmachining.nc.state import ORIGIN, State
-from vmachining.nc.vectors import add
+from vmachining.nc.state import LAST_FREE, ORIGIN, Memory, State
 
 _N = r"([+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+))[ \t]*"
 BLOCK: Final = re.compile(
@@ -149,3 +166,293 @@ def offset(state: State, move: Move, before: tuple[Any, ...]) -> list[Move] | No
         return None
     state.compensation = step.after
     return step.moves
+
+
+_ANY = r"[+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*"
+AGAIN: Final = re.compile(
+    r"(?:[Nn]([0-9]{1,9})[ \t]*)?((?:[Gg](?:7[34]|8[0-689]|9[089])(?![0-9.])[ \t]*)*)"
+    rf"(?:[Xx][ \t]*{_N})?(?:[Yy][ \t]*{_N})?((?:[ZzRrQqPpFfLl][ \t]*{_ANY})*)"
+)
+
+MOST_PATTERNS: Final = 256
+"""Patterns that are kept."""
+
+_FIELDS: Final = tuple(item.name for item in fields(State) if item.name not in ("sim", "machine"))
+_MODES: Final = attrgetter(*_FIELDS)
+_PLAIN: Final = frozenset({Motion.RAPID, Motion.LINEAR, Motion.DWELL})
+_make = tuple.__new__  # Move(...) itself takes twice as long
+
+
+class _Step(NamedTuple):
+    """One motion: whether it starts and ends over the new place, its heights, and the fields that stay."""
+
+    starts: bool
+    ends: bool
+    heights: tuple[float, float, float, float]
+    motion: Motion
+    middle: tuple[Any, ...]
+    rest: tuple[Any, ...]
+
+
+class _Pattern(NamedTuple):
+    """modes : of the state before. level : simulation and machine. changes : of the modal state, by name."""
+
+    modes: tuple[Any, ...]
+    level: tuple[float, float]
+    steps: tuple[_Step, ...]
+    changes: tuple[tuple[str, Any], ...]
+    height: tuple[float, float]
+
+
+class Repeated:
+    """Patterns by the words of a block without its place."""
+
+    def __init__(self) -> None:
+        self.patterns: dict[tuple[str, str, bool, bool], _Pattern] = {}
+
+    def moves(
+        self, state: State, words: tuple[str | None, ...], line: int, n: int | None
+    ) -> list[Move] | None:
+        """The motions of a block, with the state after it; None, and nothing changed, where no pattern fits."""
+        _, lead, x, y, tail = words
+        assert lead is not None and tail is not None
+        pattern = self.patterns.get((lead, tail, x is None, y is None))
+        if pattern is None or _MODES(state) != pattern.modes:
+            return None
+        sim, machine = state.sim, state.machine
+        if (sim[2], machine[2]) != pattern.level:
+            return None
+        made: list[Move] = []
+        if x is not None or y is not None:
+            tx, ty, _ = state.to_sim
+            mx, my, _ = state.to_machine
+            scale = state.scale
+            u = machine[0] - mx if x is None else float(x) * scale
+            v = machine[1] - my if y is None else float(y) * scale
+            new, there = (u + tx, v + ty), (u + mx, v + my)
+            seen = there[0] - mx, there[1] - my
+            old, was = (sim[0], sim[1]), (machine[0] - mx, machine[1] - my)
+            plane = state.plane.name
+            over, aside = (new, there, seen), (old, (machine[0], machine[1]), was)
+            for starts, ends, (low, high, deep, shown), motion, middle, rest in pattern.steps:
+                end, place, view = over if ends else aside
+                begin = new if starts else old
+                made.append(_make(Move, (
+                    line, n, motion, (*begin, low), (*end, high), plane, *middle, (*place, deep), (*view, shown), *rest,
+                )))  # fmt: skip
+            state.sim, state.machine = (*new, pattern.height[0]), (*there, pattern.height[1])
+        for name, value in pattern.changes:
+            setattr(state, name, value)
+        return made
+
+    def keep(self, words: tuple[str | None, ...], before: State, after: State, moves: list[Move]) -> None:
+        """Keep what a block did, if it is a pattern. The block said nothing, and `before` is not changed any more."""
+        _, lead, x, y, tail = words
+        assert lead is not None and tail is not None
+        old, new = before.sim[:2], after.sim[:2]
+        placed = x is not None or y is not None
+        if (
+            not (before.plain and after.plain and before.absolute and after.absolute)
+            or before.plane is not PLANES[170] or placed != bool(moves)
+            or not (lead or placed) or (old == new) == placed or (not placed and (lead == "" or before.sim != after.sim))
+        ):  # fmt: skip
+            return
+        steps = []
+        for move in moves:
+            begin, end = move.start[:2], move.end[:2]
+            if (
+                move.motion not in _PLAIN
+                or begin not in (old, new)
+                or end not in (old, new)
+                or move.rotary_start != move.rotary_deg
+            ):
+                return
+            heights = move.start[2], move.end[2], move.end_machine[2], move.end_program[2]
+            steps.append(_Step(begin == new, end == new, heights, move.motion, move[6:12], move[14:]))
+        modes, later = _MODES(before), _MODES(after)
+        changes = tuple((name, b) for name, a, b in zip(_FIELDS, modes, later, strict=True) if a != b)
+        if len(self.patterns) >= MOST_PATTERNS:
+            self.patterns.clear()
+        self.patterns[lead, tail, x is None, y is None] = _Pattern(
+            modes, (before.sim[2], before.machine[2]), tuple(steps), changes, (after.sim[2], after.machine[2])
+        )
+
+
+_NUMBER: Final = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)")
+_LETTERS: Final = "NGXYZABCIJKF"
+_NATIVE: Final = ("+", "-", "*")
+MOST: Final = 5000
+"""Templates that are kept; a program has some dozen, a damaged one may have as many as lines."""
+
+Compiled = Callable[
+    [list[float], Callable[[float], float], dict[str, float]],
+    tuple[tuple[float | None, ...], tuple[Any, ...]],
+]
+
+
+def _whole(value: float) -> int:
+    number = int(value)
+    if number != value:
+        raise _LongWayError
+    return number
+
+
+_NAMES: Final[tuple[dict[str, Any], ...]] = tuple(
+    {
+        "__builtins__": {},
+        "binary": {op: function for op, (_, function) in BINARY.items()},
+        "call": {**functions, "ATAN": lambda y, x: math.degrees(math.atan2(y, x))},
+        "whole": _whole,
+    }
+    for functions in (FUNCTIONS, FANUC)
+)
+"""All that the source of a line can name; it is made of parsed nodes, never of text of the program."""
+
+
+class _LongWayError(Exception):
+    """The line is for the long way."""
+
+
+class Templates:
+    """The functions of the lines seen so far, for one memory."""
+
+    def __init__(self, memory: Memory) -> None:
+        self.memory = memory
+        self.known: dict[tuple[str, ...], tuple[Compiled, int] | None] = {}
+        self.limit = limit = FAMILY_FREE if memory.family else LAST_FREE + 1
+        numbers = memory.values
+
+        def read(value: float) -> float:
+            number = int(value)
+            if number != value or not 0 < number < limit:
+                raise _LongWayError
+            return numbers[number] if memory.family else numbers.get(number, 0.0)
+
+        self.read = read
+
+    def words(self, line: str) -> tuple[tuple[Any, ...], tuple[tuple[str | int, float], ...]] | None:
+        """Values of a line in the order of `quick.BLOCK`, its assignments; None for the long way."""
+        parts = _NUMBER.split(line)
+        key = tuple(parts[::2])
+        try:
+            known = self.known[key]
+        except KeyError:
+            known = None
+            if len(self.known) < MOST:
+                known = self.known[key] = _compiled(line, parts[1::2], self.memory.family)
+        if known is None:
+            return None
+        function, code = known
+        try:
+            values, writes = function(list(map(float, parts[1::2])), self.read, self.memory.names)
+            for value in values:
+                if value is not None and not -MAX_VALUE <= value <= MAX_VALUE:
+                    return None
+            for target, value in writes:
+                if not -math.inf < value < math.inf or (
+                    target.__class__ is not str and not 0 < target < self.limit
+                ):
+                    return None
+        except (_LongWayError, NoValueError, OverflowError, KeyError, ValueError):
+            return None
+        number = None
+        if values[0] is not None:
+            number = parts[1]
+            if len(number) > 9 or "." in number:
+                return None
+        return (number, None if code < 0 else parts[2 * code + 1], *values[2:]), writes
+
+
+def _compiled(line: str, numbers: list[str], family: bool) -> tuple[Compiled, int] | None:
+    """The function of a line, and which of its numbers is the G code (-1: none)."""
+    if family and "ROUND" in line.upper():  # in a word it goes to least increments
+        return None
+    lexed = lex_line(line)
+    letters = [word.letter for word in lexed.words]
+    if (
+        lexed.errors or lexed.comments or lexed.label or lexed.block_delete or lexed.percent
+        or len(set(letters)) < len(letters) or not set(letters) <= set(_LETTERS)
+    ):  # fmt: skip
+        return None
+    written, code = iter(range(len(numbers))), -1
+    words, writes = dict[str, str](), list[str]()
+    try:
+        items: list[Word | Assignment] = [*lexed.words, *lexed.assignments]
+        for item in sorted(items, key=lambda item: item.col):
+            if isinstance(item, Assignment):
+                target = repr(item.target.name)
+                if item.target.name is None:
+                    assert item.target.number is not None
+                    target = f"whole({_source(item.target.number, written, numbers)})"
+                elif item.target.name.startswith("_"):
+                    return None
+                writes.append(f"({target}, {_source(item.value, written, numbers)}),")
+                continue
+            if item.letter == "N" and not item.text[1:].lstrip(" \t")[:1].isdigit():
+                return None  # N[1], N-1: no number of a block
+            if item.letter == "G":
+                code = next(written)
+                if (
+                    item.expression is not None
+                    or "-" in item.text
+                    or numbers[code]
+                    not in (
+                        "0",
+                        "1",
+                        "2",
+                        "3",
+                        "00",
+                        "01",
+                        "02",
+                        "03",
+                    )
+                ):
+                    return None
+                words["G"] = "None"
+            else:
+                words[item.letter] = _word(item, written, numbers)
+    except (_LongWayError, StopIteration):
+        return None
+    if next(written, None) is not None or ("N" in words and line.lstrip(" \t")[:1] not in ("N", "n")):
+        return None
+    values = ", ".join(words.get(letter, "None") for letter in _LETTERS)
+    made: Compiled = eval(f"lambda n, read, names: (({values}), ({''.join(writes)}))", _NAMES[family])
+    return made, code
+
+
+def _word(word: Word, written: Iterator[int], numbers: list[str]) -> str:
+    """Source of the value of a word."""
+    if word.expression is not None:
+        return _source(word.expression, written, numbers)
+    assert word.value is not None
+    sign = "-" if "-" in word.text else ""
+    return sign + _source(Expression("number", abs(word.value)), written, numbers)
+
+
+def _source(node: Expression, written: Iterator[int], numbers: list[str]) -> str:
+    """Source of an expression, whose numbers stand in the line in the order in which they are met here."""
+    if node.op == "number":
+        place = next(written)
+        if float(numbers[place]) != node.number:
+            raise _LongWayError
+        return f"n[{place}]"
+    if node.op == "parameter":
+        name: Name | None = node.name
+        assert name is not None
+        if name.number is not None:
+            return f"read({_source(name.number, written, numbers)})"
+        if name.name is None or name.name.startswith("_"):
+            raise _LongWayError
+        return f"names[{name.name!r}]"
+    if node.op == "exists":
+        raise _LongWayError
+    args = [_source(arg, written, numbers) for arg in node.args]
+    if node.op == "negative":
+        return f"(-{args[0]})"
+    if node.op in _NATIVE:
+        return f"({args[0]} {node.op} {args[1]})"
+    if node.op in BINARY:
+        return f"binary[{node.op!r}]({args[0]}, {args[1]})"
+    if node.op == "ATAN":
+        return f"call['ATAN']({args[0]}, {args[1]})"
+    return f"call[{node.op!r}]({args[0]})"

@@ -8,9 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vmachining.errors import NCError
-from vmachining.nc.checks import check_moves, finding
-from vmachining.nc.conventions import arcs_open, closing, lengths, quill, worn
-from vmachining.nc.decode import MAX_BYTES, decode_program
+from vmachining.nc.conventions import arcs_open, closing, lengths, names_unit, quill, unit_of, worn
 from vmachining.nc.dialects import (
     AUTO,
     TABLE,
@@ -21,13 +19,13 @@ from vmachining.nc.dialects import (
     recognise,
     strange,
 )
-from vmachining.nc.fanuc_lines import folded, without_header
-from vmachining.nc.fanuc_turning import as_lathe, is_lathe, swapped
+from vmachining.nc.fanuc_lines import as_lathe, folded, is_lathe, swapped, without_header
+from vmachining.nc.files import MAX_BYTES, decode_program
+from vmachining.nc.findings import check_moves, finding
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Finding, Program
 from vmachining.nc.settings import Settings, UnitName
 from vmachining.nc.state import work_offset_codes
-from vmachining.nc.units import names_unit, unit_of
 
 MANY = 3
 """Errors of the default dialect for each of another one, from which that one gives the better account."""

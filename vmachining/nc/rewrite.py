@@ -10,10 +10,10 @@
    0.0001 in/min, per revolution to 1e-6, in inverse time (G93, an F on every line) to seven digits.
    There the written points round the length of a piece, so its feed can be above by a share of 1e-5.
 5. Left alone: canned cycles, rigid taps, G53 blocks, feed per revolution with the spindle stopped, degrees per minute,
-   and everything that does not run once in the order of the file (`rewrite_regions.py`): `Rewritten.untouched`. Not cut, and
+   and everything that does not run once in the order of the file (`rewrite_words.py`): `Rewritten.untouched`. Not cut, and
    given their smallest feed: `Rewritten.unsplit`.
 6. In tables of poses cells of feeds change, in cutter location files FEDRAT records are added, in Heidenhain and Sinumerik
-   programs F words; no motion is cut (`rewrite_poses.py`, `rewrite_apt.py`, `rewrite_words.py`).
+   programs F words; no motion is cut (`rewrite_records.py`, `rewrite_words.py`).
 
 An F word that stands in one block with G20 or G21 is in the units before the block, as `read_program` has it.
 """
@@ -32,11 +32,9 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from vmachining.errors import FeedError, NCError
 from vmachining.nc.dialects import is_g_code
 from vmachining.nc.lexer import MAX_LINE, LexedLine, Word, lex_line
-from vmachining.nc.rewrite_apt import rewrite_apt_feeds
 from vmachining.nc.rewrite_pieces import LineEdit, Modes, Pieces, move_path, number_text, split_block
-from vmachining.nc.rewrite_poses import rewrite_pose_feeds
-from vmachining.nc.rewrite_regions import find_regions
-from vmachining.nc.rewrite_words import LANGUAGES, rewrite_word_feeds
+from vmachining.nc.rewrite_records import rewrite_apt_feeds, rewrite_pose_feeds
+from vmachining.nc.rewrite_words import LANGUAGES, find_regions, rewrite_word_feeds
 from vmachining.nc.run import SLOWEST_MM_MIN
 from vmachining.tolerance import LENGTH_EPS_MM
 

@@ -8,13 +8,21 @@ from typing import Final
 
 from vmachining.nc.block import Block, Problem
 from vmachining.nc.compensation import JOINED_MM
-from vmachining.nc.corners import joined
 from vmachining.nc.lexer import Word
-from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
-from vmachining.nc.refusal import CompensationError, CornerError
+from vmachining.nc.model import (
+    ASSUMED_RPM,
+    CompensationError,
+    CornerError,
+    Motion,
+    Move,
+    Point,
+    add,
+    put,
+    subtract,
+)
+from vmachining.nc.offset_curves import joined
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, State
-from vmachining.nc.vectors import add, put, subtract
 
 SLOWEST_MM_MIN: Final = 0.1
 """Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""

@@ -21,7 +21,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from vmachining.nc.arcs import PLANES, Plane
-from vmachining.nc.codes import spell
+from vmachining.nc.block import spell
 from vmachining.nc.expressions import (
     FANUC,
     FUNCTIONS,
@@ -34,13 +34,11 @@ from vmachining.nc.expressions import (
 )
 from vmachining.nc.fanuc_variables import FAMILY_FREE, is_switch, set_variable, variable
 from vmachining.nc.frames import UP, Frame
-from vmachining.nc.model import Move, Point
-from vmachining.nc.vectors import add, subtract
+from vmachining.nc.model import Move, Point, add, subtract
 
 if TYPE_CHECKING:
     from vmachining.nc.compensation import Compensation
-    from vmachining.nc.cycles import Cycle
-    from vmachining.nc.mts import Pattern, Stored
+    from vmachining.nc.cycles import Cycle, Pattern, Stored
     from vmachining.nc.tooltable import ToolEntry
 
 ORIGIN: Final[Point] = (0.0, 0.0, 0.0)

@@ -16,10 +16,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from vmachining.nc.control import Structure, find_structure
-from vmachining.nc.decode import MAX_BYTES, decode_program
+from vmachining.nc.files import MAX_BYTES, decode_program, find_tape
+from vmachining.nc.flow import Structure, find_structure
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.tape import find_tape
 
 SUFFIXES: Final = (".ngc", ".nc")
 SUFFIXES_OF_FAMILY: Final = "nc|ngc|txt|tap|cnc|eia|min|ssb|sub|prg|ptp|mac"

@@ -2,15 +2,13 @@
 
 | file | holds |
 |---|---|
-| `text.py` | lines -> blocks -> words |
-| `flow.py` | labels, calls, jumps |
+| `text.py` | lines -> blocks -> words; DIN/ISO programs, turned into conversational blocks |
+| `flow.py` | labels, calls, jumps; Q parameters and FN |
 | `definitions.py` | blank, tools, cycles |
 | `control.py` | path blocks, M codes |
 | `contour.py` | path functions, approaches and departures |
 | `cycles.py` | drilling cycles and patterns |
 | `coordinates.py`, `planes.py` | datum shift, mirror, rotation, scale, tilted planes |
-| `parameters.py` | Q parameters and FN |
-| `din_iso.py` | DIN/ISO programs, turned into conversational blocks |
 
 What is honoured, accepted with a note and refused: docs/heidenhain.md. Positions become moves in `nc/pen.py`.
 Source: HEIDENHAIN TNC 640 user's manuals (public).
@@ -19,8 +17,7 @@ Source: HEIDENHAIN TNC 640 user's manuals (public).
 from __future__ import annotations
 
 from vmachining.nc.heidenhain.control import Control
-from vmachining.nc.heidenhain.din_iso import conversational
-from vmachining.nc.heidenhain.text import blocks
+from vmachining.nc.heidenhain.text import blocks, conversational
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Declared, Reading
 from vmachining.nc.settings import Settings

@@ -13,10 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.arcs import PLANES, Plane, center_from_radius
 from vmachining.nc.heidenhain.text import Word
-from vmachining.nc.model import Point
+from vmachining.nc.model import ArcError, PenError, Point, put, refused
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.refusal import ArcError, PenError, refused
-from vmachining.nc.vectors import put
 
 if TYPE_CHECKING:
     from vmachining.nc.heidenhain.control import Control

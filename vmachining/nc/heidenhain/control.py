@@ -10,8 +10,8 @@ from vmachining.nc.execution import Block
 from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.definitions import Definitions
 from vmachining.nc.heidenhain.text import Word, blocks, spans, words
+from vmachining.nc.model import PenError, misread, refused
 from vmachining.nc.placing import EdgeFeed
-from vmachining.nc.refusal import PenError, misread, refused
 from vmachining.nc.settings import Settings
 
 NOTED_M: Final = spans("7-88 90 94-96 100-108 112 113 116-118 120 121 124 132-150")

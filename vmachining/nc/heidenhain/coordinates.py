@@ -11,7 +11,7 @@ from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.flow import Flow
 from vmachining.nc.heidenhain.planes import euler, projected, spatial, vectors
 from vmachining.nc.heidenhain.text import TERM, Word, words
-from vmachining.nc.refusal import PenError, misread, refused
+from vmachining.nc.model import PenError, misread, refused
 
 _ANGLE: Final = re.compile(rf"\b(I?[A-Z]{{1,6}})\s*{TERM}(?![\w.])")
 _POINT: Final = re.compile(rf"\b(P[123][XYZ])\s*{TERM}")

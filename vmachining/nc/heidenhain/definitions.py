@@ -7,12 +7,11 @@ import re
 from typing import Any, Final
 
 from vmachining.nc.execution import MILLS
-from vmachining.nc.heidenhain import cycles, milling, patterns
+from vmachining.nc.heidenhain import cycles, milling
 from vmachining.nc.heidenhain.contour import AXES
 from vmachining.nc.heidenhain.coordinates import Coordinates
 from vmachining.nc.heidenhain.text import TERM, spans, words
-from vmachining.nc.model import ASSUMED_RPM
-from vmachining.nc.refusal import PenError, misread, refused
+from vmachining.nc.model import ASSUMED_RPM, PenError, misread, refused
 
 _SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\s*\.\s*(\d{1,2})\s*(.*)")
 _CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\b\s*(.*)")
@@ -342,17 +341,17 @@ class Definitions(Coordinates):
         pen, k = self.pen, self.pen.scale
         up = own.get("Q203", 0.0) + max(own.get("Q204", 0.0), own.get("Q200", 0.0))
         between = own | ({"Q204": 0.0} if values.get("Q301", 1.0) == 0.0 else {})
-        spots = patterns.points(number, values)
+        spots = cycles.points(number, values)
         if pen.at[2] < up * k:
             pen.go({2: up * k}, rapid=True)
         for place, spot in enumerate(spots):
             pen.go({0: spot.x * k, 1: spot.y * k}, rapid=True)
             self._act(kind, own if place == len(spots) - 1 else between)
 
-    spots: list[patterns.Spot] | None = None
+    spots: list[cycles.Spot] | None = None
 
     def _do_pattern(self, text: str) -> None:
-        self.spots = patterns.defined(re.sub(r"^PATTERN\s+DEF\s*", "", text), self.q.number)
+        self.spots = cycles.defined(re.sub(r"^PATTERN\s+DEF\s*", "", text), self.q.number)
 
     def _call_at_points(self) -> None:
         """CYCL CALL PAT: between the points the tool is at Q204, or where it stands if that is higher."""

@@ -19,11 +19,11 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from vmachining.nc.heidenhain.patterns import need
+from vmachining.nc.heidenhain.cycles import need
 from vmachining.nc.milled import ArcSlot, Cut, Face, Rounded, face, mill, stud_blank
+from vmachining.nc.model import PenError, refused
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.pen import Pen
-from vmachining.nc.refusal import PenError, refused
 
 BUILT: Final = frozenset({232, 251, 252, 253, 254, 256, 257})
 

@@ -14,9 +14,7 @@ from __future__ import annotations
 from math import cos, radians, sin
 
 from vmachining.nc.frames import EYE, IDENTITY, Frame, Rows, axis_turn, cross, dot, matmul, unit
-from vmachining.nc.model import Point
-from vmachining.nc.refusal import PenError
-from vmachining.nc.vectors import put
+from vmachining.nc.model import PenError, Point, put
 
 SAME = 1e-9
 

@@ -2,12 +2,10 @@
 
 | file | holds |
 |---|---|
-| `text.py` | lines -> programs of an archive -> blocks -> words |
+| `text.py` | lines -> programs of an archive -> blocks -> words, some of them noted or refused |
 | `control.py` | jumps, loops, variables, subprograms |
-| `modes.py`, `places.py`, `blocks.py` | modes; frames; motions |
-| `turning.py` | lathes |
-| `cycles.py`, `milling.py` | drilling cycles and patterns; milling cycles |
-| `known.py` | words that are noted or refused |
+| `modes.py`, `places.py`, `blocks.py` | modes; frames, lathes; motions |
+| `cycles.py` | drilling cycles, patterns, milling cycles |
 
 What is honoured, accepted with a note and refused: docs/sinumerik.md. Positions become moves in `nc/pen.py`.
 """
@@ -18,7 +16,7 @@ from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Declared, Reading
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.blocks import Control
-from vmachining.nc.sinumerik.turning import as_turning
+from vmachining.nc.sinumerik.places import as_turning
 
 __all__ = ["read_sinumerik"]
 

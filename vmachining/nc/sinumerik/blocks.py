@@ -7,12 +7,10 @@ import re
 from typing import Final
 
 from vmachining.nc.arcs import center_from_radius
-from vmachining.nc.model import Point
+from vmachining.nc.model import ArcError, PenError, Point, put, refused
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.refusal import ArcError, PenError, refused
 from vmachining.nc.sinumerik.modes import Modes
 from vmachining.nc.sinumerik.text import Word
-from vmachining.nc.vectors import put
 
 AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 ROTARY: Final = "ABC"

@@ -8,7 +8,7 @@ from typing import Final
 
 from vmachining.nc.execution import Block, Execution
 from vmachining.nc.formula import FormulaError, evaluate
-from vmachining.nc.refusal import PenError, misread, refused
+from vmachining.nc.model import PenError, misread, refused
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.text import arguments, units
 

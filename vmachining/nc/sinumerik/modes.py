@@ -10,13 +10,30 @@ from typing import Any, Final
 
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.execution import MILLS
+from vmachining.nc.model import PenError, misread, refused
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.refusal import PenError, misread, refused
 from vmachining.nc.settings import Settings
-from vmachining.nc.sinumerik import cycles, known
-from vmachining.nc.sinumerik.milling import BUILT, milled
-from vmachining.nc.sinumerik.text import Word, arguments, words
-from vmachining.nc.sinumerik.turning import PASSES, Turning
+from vmachining.nc.sinumerik import cycles
+from vmachining.nc.sinumerik.cycles import BUILT, milled
+from vmachining.nc.sinumerik.places import PASSES, Turning
+from vmachining.nc.sinumerik.text import (
+    AXES,
+    EDGE_FEEDS,
+    FEED_SET,
+    GNOTED,
+    KNOWN,
+    NOT_A_VARIABLE,
+    NOTED,
+    NOTED_CALLS,
+    NOTED_SET,
+    ORIENTED,
+    REFUSED,
+    ROTARY,
+    USED,
+    Word,
+    arguments,
+    words,
+)
 
 _TRANSFORM: Final = re.compile(r"\b(A?(?:TRANS|ROT|SCALE|MIRROR))\b(?![ ]*[=(\[])[ ]*(.*)")
 
@@ -149,12 +166,12 @@ class Modes(Turning):
                 self._work_offset(code)
             elif code == 500.0:
                 self.work = 500.0
-            elif code in known.GNOTED:
+            elif code in GNOTED:
                 pen.accept(f"G{code:g}", f"G{code:g}", f"G{code:g}")
             elif code == 291.0:
                 raise self.lost(PenError("E208", "G291: from here on the program is in the language of Fanuc's controls", "G291",
                                          'give that part as a separate program: dialect = "fanuc"'))  # fmt: skip
-            elif code not in known.KNOWN:
+            elif code not in KNOWN:
                 hint = "settable offsets are G54 to G57 and G505 to G599" if 501.0 <= code <= 504.0 else ""
                 raise refused(f"G{code:g}", f"G{code:g}", hint)
 
@@ -163,7 +180,7 @@ class Modes(Turning):
         pen = self.pen
         after: list[Callable[[], None]] = []
         codes = {self.number(w.value) for w in found if w.name == "G" and w.kind == "word"}
-        dwells, placed = 4.0 in codes, any(w.name in (*known.AXES, *known.ROTARY, "G") for w in found)
+        dwells, placed = 4.0 in codes, any(w.name in (*AXES, *ROTARY, "G") for w in found)
         for place, word in enumerate(found):
             name, value = word.name, word.value
             if word.kind == "key":
@@ -217,7 +234,7 @@ class Modes(Turning):
             elif (
                 word.kind == "set"
                 and _OF_MACHINE.fullmatch(name)
-                and name not in known.NOT_A_VARIABLE
+                and name not in NOT_A_VARIABLE
                 and not self._is_known(word)
                 and not placed  # then it is an address
             ):
@@ -231,16 +248,16 @@ class Modes(Turning):
 
     def _is_known(self, word: Word) -> bool:
         name = word.name
-        if name in known.USED or (word.kind == "word" and name in "GMPHE"):
+        if name in USED or (word.kind == "word" and name in "GMPHE"):
             if name in "HE":
                 self.pen.accept(f"{name}", word.text, name)
             return True
         base = name.split("[", 1)[0]
-        if base in known.FEED_SET:
+        if base in FEED_SET:
             what = f"{base}= changes or limits feeds: the feeds here ignore it"
             self.pen.note("W376", what, word.text, once=base)
             return True
-        if base in known.NOTED_SET:
+        if base in NOTED_SET:
             self.pen.accept(f"{base}=", word.text, base)
             return True
         return False
@@ -288,19 +305,19 @@ class Modes(Turning):
             self._tcp(False)
         elif name == "TRANSMIT" and self.lathe:
             self.transmit(True)
-        elif name in known.ORIENTED:
+        elif name in ORIENTED:
             self.great_circle = name == "ORIVECT" or (self.great_circle and name != "ORIAXES")
             self.by_axes = name in ("ORIAXES", "ORIMKS") or (self.by_axes and name != "ORIVECT")
             pen.note("I408", f"{name}: accepted", name, once=name)
         elif name == "CYCLE800":
             self._cycle800([])
-        elif name in known.EDGE_FEEDS:
+        elif name in EDGE_FEEDS:
             pen.flush()
-            pen.edge_feed = known.EDGE_FEEDS[name]
-        elif name in known.NOTED or name in known.NOTED_CALLS:
+            pen.edge_feed = EDGE_FEEDS[name]
+        elif name in NOTED or name in NOTED_CALLS:
             pen.accept(f"{name}", name, name)
-        elif name in known.REFUSED:
-            raise refused(f"{known.REFUSED[name]}: {name}", name)
+        elif name in REFUSED:
+            raise refused(f"{REFUSED[name]}: {name}", name)
         elif name in cycles.PATTERNS or re.fullmatch(r"CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE", name):
             raise PenError("E208", f"{name} without its values", name)
         else:
@@ -331,11 +348,11 @@ class Modes(Turning):
             after.append(lambda: self._pattern(name, given))
         elif number is not None and int(number[1]) in cycles.CYCLES:
             after.append(lambda: self._cycle(name, word.value))
-        elif name in known.NOTED_CALLS or re.fullmatch(r"M\d+", name):
+        elif name in NOTED_CALLS or re.fullmatch(r"M\d+", name):
             if name == "WORKPIECE":
                 self._workpiece(given)
             pen.accept(f"{name}", name, name)
-        elif name in known.REFUSED or number is not None or _MILLS.fullmatch(name):
+        elif name in REFUSED or number is not None or _MILLS.fullmatch(name):
             raise _refused(name)
         else:
             pen.flush()

@@ -1,18 +1,19 @@
-"""What a text is that is not a program of the dialect it was read in: another control's, another file's.
+"""Bytes of a file -> text of a program, its tape marks, and what a text is that is not a program of its dialect.
 
-Nobody is helped by a thousand findings about letters without numbers where the file is a Heidenhain program.
-A text is looked at only where reading it found something wrong, and judged by marks that cannot stand in a
-correct program; comments do not count.
-
-Sources of the marks: Heidenhain TNC 640 conversational (`BEGIN PGM`, `L X+10 FMAX`, `CYCL DEF`), Siemens
-SINUMERIK 840D (`CYCLE81(...)`, `DEF REAL`, `X=IC(5)`, `MCALL`), Fanuc custom macro B (`IF [..] GOTO 10`).
+Nobody is helped by a thousand findings about letters without numbers where the file is a Heidenhain program. A text is looked
+at only where reading it found something wrong, and judged by marks that cannot stand in a correct program; comments do not
+count. Sources of the marks: Heidenhain TNC 640 conversational (`BEGIN PGM`, `L X+10 FMAX`, `CYCL DEF`), Siemens SINUMERIK 840D
+(`CYCLE81(...)`, `DEF REAL`, `X=IC(5)`, `MCALL`), Fanuc custom macro B (`IF [..] GOTO 10`).
 """
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
+
+from vmachining.errors import NCError
 
 
 class Foreign(NamedTuple):
@@ -150,3 +151,51 @@ def recognised(
                 word = found[0].strip()
                 return Foreign(number, max(bare.find(word), 0) + 1, word[:40], what, remedy)
     return None
+
+
+MAX_BYTES: Final = 128 * 1024 * 1024
+"""Largest program: some four million lines. Its moves take about ten times the memory of its text."""
+
+_PLAIN_TEXT: Final = "save it as plain ASCII or UTF-8"
+
+
+def decode_program(data: bytes, name: str) -> str:
+    """Text of a program: UTF-8 (with or without mark), else one character per byte.
+
+    Raises NCError: UTF-16, UTF-32 or binary, or larger than `MAX_BYTES`.
+    """
+    if len(data) > MAX_BYTES:
+        what = f"the program is larger than {MAX_BYTES // 2**20} MB"
+        raise NCError(what, file=name, remedy="split it at a tool change")
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise NCError("the program is UTF-16 text", file=name, line=1, remedy=_PLAIN_TEXT)
+    kind, zero = binary_kind(data), data.find(b"\0")
+    if zero >= 0 and not kind:
+        head = data[:200]
+        if (head[::2].count(0) * 3 > len(head)) != (head[1::2].count(0) * 3 > len(head)):
+            raise NCError("the program is UTF-16 text", file=name, line=1, remedy=_PLAIN_TEXT)
+    if kind is not None:
+        what = f"the file is binary ({kind}), not a program" if kind else "the file is binary, not a program"
+        line = data.count(b"\n", 0, zero) + 1 if zero >= 0 else 1
+        remedy = "give the program itself" if kind else _PLAIN_TEXT
+        raise NCError(what, file=name, line=line, remedy=remedy)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def find_tape(lines: Sequence[str]) -> tuple[int, int, bool]:
+    """First line, line after the last, and whether a closing mark ends the program (0-based lines).
+
+    A single mark opens the program, unless nothing stands after it: then it closes it, and the first line is 0.
+    """
+    marks = [index for index, line in enumerate(lines) if "%" in line and line.strip(" \t") == "%"]
+    if not marks:
+        return 0, len(lines), False
+    if len(marks) > 1:
+        return marks[0] + 1, marks[1], True
+    before = any(line.strip() for line in lines[: marks[0]])
+    if before and not any(line.strip() for line in lines[marks[0] + 1 :]):
+        return 0, marks[0], True
+    return marks[0] + 1, len(lines), False

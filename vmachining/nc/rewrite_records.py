@@ -1,5 +1,10 @@
-"""New feeds into a cutter location file: FEDRAT records before the motions that need them, every other byte as it was.
+"""New feeds into a table of poses and into a cutter location file; every other byte stays as it was.
 
+A table has cells of `feed_mm_min`.
+An empty cell keeps what the row before had, so a row after a changed one gets the feed it had, where that was left out. Rows
+are not divided. A table without the column, and lines with quotes, are left alone.
+
+A file gets FEDRAT records before the motions that need them.
 A motion that keeps its feed after one that got another is preceded by a copy of the FEDRAT record that held for it. Feeds
 are written in the unit of the file, rounded down, and with a unit word where the file's own records have one or no UNITS
 record says it. Before an arc the record stands before its CIRCLE, MOVARC or INDIRV. Motions are not divided; holes of a
@@ -14,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from typing import Final
 
 from vmachining.nc.apt import unit_of_feeds
-from vmachining.nc.apt_records import records
+from vmachining.nc.apt_motions import records
 from vmachining.nc.rewrite_pieces import Written, number_text
 
 HEAD: Final = re.compile(r"\s*([A-Za-z][A-Za-z0-9-]*)\s*(?:,\s*\w+\s*)*(?:/(.*))?$", re.DOTALL)
@@ -104,3 +109,48 @@ def _fedrat(feed: float, inch: bool, record: Sequence[tuple[str, str]], known: b
     value = math.floor(feed / (25.4 if inch else 1.0) * step * (1 + 1e-12)) / step
     named = not known or "," in "".join(text for text, _ in record)
     return f"FEDRAT/{number_text(value, 4)}" + ((",IPM" if inch else ",MMPM") if named else "")
+
+
+COLUMN = "feed_mm_min"
+
+
+def rewrite_pose_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, float]) -> Written:
+    """Write feeds into a table.
+
+    lines : text and end of every line, from the first.
+    feeds : mm/min by 1-based line, as they are to be written.
+    """
+    out: list[str] = []
+    untouched: list[int] = []
+    column, width = -1, 0
+    was: str | None = None
+    now: float | None = None
+    header = True
+    for k, (text, end) in enumerate(lines, 1):
+        row = text.strip()
+        if not row or row.startswith("#"):
+            out.append(text + end)
+            continue
+        cells = text.split(",")
+        if header:
+            names = [cell.strip().lower() for cell in cells]
+            column, width, header = (names.index(COLUMN) if COLUMN in names else -1), len(names), False
+            out.append(text + end)
+            continue
+        if column < 0 or '"' in text or len(cells) != width:
+            if k in feeds:
+                untouched.append(k)
+            out.append(text + end)
+            continue
+        cell = cells[column].strip()
+        was = cell or was
+        old = float(was) if was else None
+        want = feeds.get(k, old)
+        have = float(cell) if cell else (now if now is not None else old)
+        if want is not None and want != have:
+            number = number_text(want, 1) if k in feeds and want != old else (was or "")
+            cells[column] = cells[column].replace(cell, number, 1) if cell else cells[column] + number
+            text = ",".join(cells)
+        now = want
+        out.append(text + end)
+    return Written(out, tuple(untouched))
