@@ -17,8 +17,8 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.arcs import PLANES, check_center, is_rounded
 from vmachining.nc.findings import finding
-from vmachining.nc.frames import UP, cross, dot
-from vmachining.nc.model import ArcError, Finding, Motion, Move, Point, RecordError, add, subtract
+from vmachining.nc.frames import UP, Frame, columns, cross, dot
+from vmachining.nc.model import ArcError, Finding, Motion, Move, Point, RecordError, subtract
 from vmachining.nc.poses import AXIS_TOLERANCE, unit_axis
 from vmachining.nc.settings import Settings
 
@@ -118,18 +118,8 @@ _PECK: Final = frozenset({"DEEP", "DEEP2", "PECK"})
 _BREAK: Final = frozenset({"BRKCHP", "BREAK", "CHIP"})
 _TAP: Final = frozenset({"TAP", "RTAP", "RIGTAP"})
 _FEED_OUT: Final = frozenset({"REAM", "BORE", "BORE5"})
-_LENGTHS: Final = (
-    "RAPTO",
-    "CLEAR",
-    "FEDTO",
-    "DEPTH",
-    "RTRCTO",
-    "STEP",
-    "STEP1",
-    "STEP2",
-    "INCR",
-    "1STPECK",
-    "SUBPECK",
+_LENGTHS: Final = frozenset(
+    {"RAPTO", "CLEAR", "FEDTO", "DEPTH", "RTRCTO", "STEP", "STEP1", "STEP2", "INCR", "1STPECK", "SUBPECK"}
 )
 _HARMLESS: Final = frozenset({"AUTO", "CAM", "NULL", "SPIRAL", "ON", "NODRAG", "ORIENT"})
 MAX_STEPS: Final = 100_000
@@ -209,21 +199,12 @@ def cycle_of(record: Record, unit: float, signed: bool) -> HoleCycle:
     dwell = record.after("DWELL") or 0.0
     revolutions = "REV" in record.names
     tap = bool(set(kinds) & _TAP)
-    return HoleCycle(
-        "BRKCHP" if set(kinds) & _BREAK else "TAP" if tap else kinds[0],
-        (clear or 0.0) * unit,
-        abs(depth) * unit,
-        None
-        if "RTRCTO" in record.names and back is None
-        else (clear or 0.0) * unit
-        if back is None
-        else back * unit,
-        (first or 0.0) * unit if pecks else 0.0,
-        (step or first or 0.0) * unit if pecks else 0.0,
-        0.0 if revolutions else dwell,
-        feed,
-        tap or bool(set(kinds) & _FEED_OUT),
-    )
+    kind = "BRKCHP" if set(kinds) & _BREAK else "TAP" if tap else kinds[0]
+    level = (clear or 0.0) * unit
+    end = back * unit if back is not None else None if "RTRCTO" in record.names else level
+    strokes = ((first or 0.0) * unit, (step or first or 0.0) * unit) if pecks else (0.0, 0.0)
+    out = tap or bool(set(kinds) & _FEED_OUT)
+    return HoleCycle(kind, level, abs(depth) * unit, end, *strokes, 0.0 if revolutions else dwell, feed, out)
 
 
 CHORD_MM: Final = 5e-4
@@ -242,26 +223,6 @@ class Circle(NamedTuple):
     center: Point
     axis: Point
     radius: float | None
-
-
-class Frame(NamedTuple):
-    """A coordinate system: origin and axes, in that of the file."""
-
-    origin: Point
-    x: Point
-    y: Point
-    z: Point
-
-    def out(self, vector: Point) -> Point:
-        """A vector of this system, in that of the file."""
-        return tuple(  # type: ignore[return-value]
-            vector[0] * a + vector[1] * b + vector[2] * c
-            for a, b, c in zip(self.x, self.y, self.z, strict=True)
-        )
-
-    def into(self, vector: Point) -> Point:
-        """A vector of the file, in this system."""
-        return dot(vector, self.x), dot(vector, self.y), dot(vector, self.z)
 
 
 def along(point: Point, axis: Point, height: float) -> Point:
@@ -310,12 +271,8 @@ class AptMotions:
         if max(long_x, long_y, abs(dot(x, y))) > 1e-4:
             raise RecordError("E109", f"{record.word}: its axes are not perpendicular unit vectors")
         z = unit_axis(cross(x, y))[0]
-        frame = Frame(
-            (origin[0] * self.unit, origin[1] * self.unit, origin[2] * self.unit),
-            x,
-            unit_axis(cross(z, x))[0],
-            z,
-        )
+        zero = origin[0] * self.unit, origin[1] * self.unit, origin[2] * self.unit
+        frame = Frame(columns(x, unit_axis(cross(z, x))[0], z), zero)
         if self.local:
             self.first = self.first or frame
             self.frame = None if frame == self.first else frame
@@ -329,21 +286,20 @@ class AptMotions:
         point = numbers[0] * self.unit, numbers[1] * self.unit, numbers[2] * self.unit
         if self.frame is None or self.first is None:
             return point
-        return self.first.into(subtract(add(self.frame.out(point), self.frame.origin), self.first.origin))
+        return self.first.into(subtract(self.frame.apply(point), self.first.origin))
 
     def _vector(self, vector: Point) -> Point:
         if self.frame is None or self.first is None:
             return vector
-        return self.first.into(self.frame.out(vector))
+        return self.first.into(self.frame.vector(vector))
 
     def _unit(self, record: Record, numbers: list[float]) -> Point:
         axis, off = unit_axis((numbers[0], numbers[1], numbers[2]))
         if axis == (0.0, 0.0, 0.0):
             raise RecordError("E363", "the tool axis has no length")
         if off > AXIS_TOLERANCE:
-            self.note(
-                "W363", record.line, f"the tool axis differs from unit length by {off:.3g}, it is normalised"
-            )
+            what = f"the tool axis differs from unit length by {off:.3g}, it is normalised"
+            self.note("W363", record.line, what)
         if not (self.multax or self.native) and max(abs(axis[0]), abs(axis[1])) > AXIS_TOLERANCE:
             self.once("W364", record.line, "a tilted tool axis without MULTAX")
         return self._vector(axis)
@@ -432,9 +388,8 @@ class AptMotions:
         feed, line = self._feed(), record.line
         self.rapid, self.circle = False, None
         if dot(axis, self.axis) < 1.0 - 1e-9:
-            raise RecordError(
-                "E208", "the tool axis turns inside a cycle", "end the cycle before the tool tilts"
-            )
+            what = "end the cycle before the tool tilts"
+            raise RecordError("E208", "the tool axis turns inside a cycle", what)
         here = dot(subtract(self.tip, top), axis)
         began = dot(self.tip, axis)
         if self.level is None:

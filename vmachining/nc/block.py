@@ -178,7 +178,6 @@ _CYCLE_WORDS: Final = {
 }  # fmt: skip
 """What canned cycles take besides their axis words, R and L."""
 
-
 SIGNAL_WORDS: Final = {**dict.fromkeys((62, 63, 64, 65), "P"), 66: "PELQ", 67: "EQ", 68: "EQ"}
 """Words of the M codes that set outputs and read inputs."""
 

@@ -88,9 +88,8 @@ class Reader(OneBlock):
             if content and content != "%":
                 text = content[:40]
                 col = lines[index].index(content) + 1
-                self._record(
-                    "W404", index + 1, col, len(text), None, text, "text after the end of the program"
-                )
+                what = "text after the end of the program"
+                self._record("W404", index + 1, col, len(text), None, text, what)
                 return
 
     def _drive(self, first: int, stop: int) -> int:
@@ -118,7 +117,10 @@ class Reader(OneBlock):
         for index, problem in structure.problems:
             self._flow_problem(problem, index)
         self._check_numbers(first, stop)
-        return self._steered(flow, first, stop, restart if first < restart < stop else -1)
+        try:
+            return self._steered(flow, first, stop, restart if first < restart < stop else -1)
+        except FlowStop as exc:
+            raise GiveUpError(exc.problem.code, exc.index, exc.problem.message) from None
 
     def _macro(self, first: int, stop: int) -> int:
         """The same for a program with macros or subprograms of the Fanuc family."""
@@ -158,10 +160,7 @@ class Reader(OneBlock):
                 if item.lexed.block_delete and self.settings.block_delete:
                     at += 1
                 else:
-                    try:
-                        at = flow.step(item)
-                    except FlowStop as exc:
-                        raise self._give_up(exc) from None
+                    at = flow.step(item)
                 steps += 1
             else:
                 place = bisect_left(flow.stops, at)
@@ -169,10 +168,7 @@ class Reader(OneBlock):
                 if at < restart < end:
                     end = restart
                 self.next = None
-                try:
-                    begin, at = at, self._blocks(at, end)
-                except FlowStop as exc:
-                    raise self._give_up(exc) from None
+                begin, at = at, self._blocks(at, end)
                 steps += at - begin
                 if self.state.ended:
                     if restart >= 0:
@@ -205,9 +201,6 @@ class Reader(OneBlock):
         for index, problem in structure.problems[known:]:
             self._flow_problem(problem, index)
         return True
-
-    def _give_up(self, exc: FlowStop) -> GiveUpError:
-        return GiveUpError(exc.problem.code, exc.index, exc.problem.message)
 
     def _restart(self, index: int) -> None:
         """Forget the moves so far; the state stays."""
@@ -307,9 +300,7 @@ class Reader(OneBlock):
                 self.repeated.keep(again.groups(), state, self.state, moves[made_before:])
             state, moves = self.state, self.moves
             fast = (state.plain or state.offset) and (quick is None or quick.quick)
-            if state.ended:
-                return index + 1
-            if self.next is not None:
+            if state.ended or self.next is not None:
                 return index + 1
             if self.errors >= MAX_ERRORS and index + 1 < stop:
                 raise self._too_many(index + 1)

@@ -317,11 +317,7 @@ class Compensation(NamedTuple):
         aside = subtract(point, move.end)
         c, s = self.turn
         e = move.end_program
-        return (
-            e[0] + c * aside[0] + s * aside[1],
-            e[1] + c * aside[1] - s * aside[0],
-            e[2] + aside[2],
-        )
+        return (e[0] + c * aside[0] + s * aside[1], e[1] + c * aside[1] - s * aside[0], e[2] + aside[2])
 
 
 def _entry_arc(curve: Curve, start: Pair) -> Curve:

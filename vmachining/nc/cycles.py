@@ -258,9 +258,8 @@ def _tap(run: Run, normal: int, level: float) -> None:
     if normal == 2 or run.settings.taps == "axis":
         run.cut({normal: level})
         return
-    run.warn(
-        "W345", word, f"in this plane the reference control feeds the tap away from its hole: {level:g} mm"
-    )
+    what = f"in this plane the reference control feeds the tap away from its hole: {level:g} mm"
+    run.warn("W345", word, what)
     sim, machine = run.place({normal: level})
     here = state.program
     hole = [level if axis == normal else here[axis] for axis in range(3)]
@@ -272,16 +271,14 @@ def _tap(run: Run, normal: int, level: float) -> None:
 def _pecks(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float) -> None:
     step, gap, depth = cycle.q or 0.0, run.settings.peck_clearance_mm, clear
     if (clear - bottom) / step > MAX_PECKS:
-        raise run.fail(
-            "E334", run.block.word("Q") or run.block.culprit(), f"over {MAX_PECKS} steps in one hole"
-        )
+        what = f"over {MAX_PECKS} steps in one hole"
+        raise run.fail("E334", run.block.word("Q") or run.block.culprit(), what)
     less, least = run.state.shrink or (0.0, 0.0)
     while True:
         if step <= ROUNDING_MM:
             word = run.block.word("Q") or run.block.culprit()
-            raise run.fail(
-                "E334", word, "the pecks shrink to zero above the bottom: K, the smallest peck, is missing"
-            )
+            what = "the pecks shrink to zero above the bottom: K, the smallest peck, is missing"
+            raise run.fail("E334", word, what)
         depth -= step
         step = max(step - less, least) if less else step
         if depth - bottom < ROUNDING_MM:

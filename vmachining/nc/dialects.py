@@ -126,7 +126,6 @@ _OTHERS: Final = re.compile(
     re.IGNORECASE,
 )
 
-
 _TNC: Final = re.compile(
     r"^[ \t]*\d*[ \t]*(?:TOOL (?:CALL|DEF)|BLK FORM|CYCL (?:DEF|CALL)|CALL (?:LBL|PGM)|LBL |FN ?\d+ ?:|L .*F ?MAX|"
     r"(?:L|C|CR|CT|CC|LP|CP)[ \t]+I?[XYZABCPD][+-])",
@@ -148,7 +147,6 @@ _APT: Final = re.compile(
     re.IGNORECASE,
 )
 _POSES: Final = re.compile(r"^[ \t]*x_mm[ \t]*,", re.IGNORECASE)
-
 
 _RECORD: Final = re.compile(r"[ \t]*(?:GOTO|FEDRAT|TLDATA|LOADTL|TOOL PATH|CUTTER)[ \t]*/", re.IGNORECASE)
 
@@ -255,7 +253,6 @@ def _prose(findings: Sequence[Finding], lines: Sequence[str]) -> int:
 
 KINDS, CODES = 8, 5
 """Different findings about words, and their codes, above which a program is that of another control."""
-
 
 FEW, SHARE = 3, 0.2
 """The same for a short program: their codes, and the share of its lines."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from vmachining.errors import NCError
-from vmachining.nc.files import decode_program
+from vmachining.nc.files import decode_program, find_file
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Declared, PenError, Reading
 from vmachining.nc.pen import Pen
@@ -207,16 +207,8 @@ class Execution:
     def _find(self, stem: str) -> Path | None:
         if not re.fullmatch(r"[\w.+ -]+", stem):
             return None
-        for folder in self.settings.subroutines:
-            try:
-                entries = sorted(folder.iterdir())
-            except OSError:
-                continue
-            for entry in entries:
-                if (
-                    entry.stem.lower() == stem.lower()
-                    and entry.suffix.lower() in self.suffixes
-                    and entry.is_file()
-                ):
-                    return entry
-        return None
+        wanted = stem.lower()
+        return find_file(
+            self.settings.subroutines,
+            lambda e: e.stem.lower() == wanted and e.suffix.lower() in self.suffixes,
+        )

@@ -76,10 +76,6 @@ class Parameters(Protocol):
         """Value of `#number`, None when there is no such parameter."""
 
 
-def _truth(flag: bool) -> float:
-    return 1.0 if flag else 0.0
-
-
 def _divide(a: float, b: float) -> float:
     if b == 0.0:
         raise NoValueError("division by zero")
@@ -127,15 +123,15 @@ BINARY: Final[Mapping[str, tuple[int, Callable[[float, float], float]]]] = {
     "MOD": (4, _modulo),
     "+": (3, operator.add),
     "-": (3, operator.sub),
-    "EQ": (2, lambda a, b: _truth(a == b)),
-    "NE": (2, lambda a, b: _truth(a != b)),
-    "GT": (2, lambda a, b: _truth(a > b)),
-    "GE": (2, lambda a, b: _truth(a >= b)),
-    "LT": (2, lambda a, b: _truth(a < b)),
-    "LE": (2, lambda a, b: _truth(a <= b)),
-    "AND": (1, lambda a, b: _truth(a != 0.0 and b != 0.0)),
-    "OR": (1, lambda a, b: _truth(a != 0.0 or b != 0.0)),
-    "XOR": (1, lambda a, b: _truth((a != 0.0) != (b != 0.0))),
+    "EQ": (2, lambda a, b: float(a == b)),
+    "NE": (2, lambda a, b: float(a != b)),
+    "GT": (2, lambda a, b: float(a > b)),
+    "GE": (2, lambda a, b: float(a >= b)),
+    "LT": (2, lambda a, b: float(a < b)),
+    "LE": (2, lambda a, b: float(a <= b)),
+    "AND": (1, lambda a, b: float(a != 0.0 and b != 0.0)),
+    "OR": (1, lambda a, b: float(a != 0.0 or b != 0.0)),
+    "XOR": (1, lambda a, b: float((a != 0.0) != (b != 0.0))),
 }
 
 FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
@@ -286,7 +282,7 @@ def _evaluate(node: Expression, parameters: Parameters) -> float:
     if op in ("parameter", "exists"):
         assert node.name is not None
         if op == "exists":
-            return _truth(_exists(node.name, parameters))
+            return float(_exists(node.name, parameters))
         value, text = _look_up(node.name, parameters)
         if value is None:
             raise NoValueError(f"parameter {text} has no value")

@@ -261,18 +261,16 @@ class Translator(Registers):
             out.add("G", 0.0, word)
             out.keep(word, 53.0)
         elif code == 600:
-            self.say(
-                "G60", word, "G60: the way past the target, a parameter of the control, is left out", "I213"
-            )
+            what = "G60: the way past the target, a parameter of the control, is left out"
+            self.say("G60", word, what, "I213")
             if not codes & MOVES and out.axes:
                 out.motion(out.after, self.group1)
                 out.add("G", 0.0, word)
         elif code in (280, 300):
             if out.get("P", 1.0) not in (1.0, 2.0):
                 like = out.given["P"][0]
-                self.say(
-                    "G30P", like, f"{like.text}: that reference point is taken as the second one", "I213"
-                )
+                what = f"{like.text}: that reference point is taken as the second one"
+                self.say("G30P", like, what, "I213")
             out.taken.add("P")
             out.keep(word, code / 10.0)
         elif (code in (541, 1540) or self._also_extended(code, out)) and "P" in out.given:

@@ -182,9 +182,8 @@ class Registers:
             return
         (_, (like, second)) = tools
         out.pairs.remove((like, second))
-        self.say(
-            "T T", like, "two T words beside M6: the first tool is loaded, the second is made ready", "I213"
-        )
+        what = "two T words beside M6: the first tool is loaded, the second is made ready"
+        self.say("T T", like, what, "I213")
         if second == int(second) >= 0:
             out.become(out.after, selected=int(second))
 

@@ -31,8 +31,7 @@ _PERCENT: Final = re.compile(
 )
 _OKUMA_NAME: Final = re.compile(r"^[ \t]*\$[^%]*%[ \t]*$")
 _PRINT: Final = re.compile(
-    r"^[ \t]*(?:[Nn][0-9]+[ \t]*)?(?:POPEN|PCLOS|DPRNT|BPRNT|SETVN|MSG_OK)\b.*",
-    re.IGNORECASE,
+    r"^[ \t]*(?:[Nn][0-9]+[ \t]*)?(?:POPEN|PCLOS|DPRNT|BPRNT|SETVN|MSG_OK)\b.*", re.IGNORECASE
 )
 _REMARK: Final = re.compile(r"^[ \t]*//[ \t]*[A-Z][A-Z ]", re.IGNORECASE)
 _ASSIGNED: Final = re.compile(r"(#(?:[0-9]+|\[[^=]*\])[ \t]*=[ \t]*)([^=(;]+)(?=$|\(|;)")

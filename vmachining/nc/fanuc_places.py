@@ -15,7 +15,20 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.fanuc_line import Line
-from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, cross, dot, matmul, unit
+from vmachining.nc.frames import (
+    EYE,
+    IDENTITY,
+    UP,
+    Frame,
+    Rows,
+    about,
+    axis_turn,
+    columns,
+    cross,
+    dot,
+    matmul,
+    unit,
+)
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Point, add, subtract
 from vmachining.nc.placing import swung
@@ -116,7 +129,9 @@ class Places:
                 line.refuse(word, "G68 about a direction I J K without length")
                 return
             before = self.parts.get("turn", IDENTITY)  # a second one turns what the first has turned
-            self.parts["turn"] = before.then(Frame(_about(axis_of, line.get("R")), line.at(default=here)))
+            c, s = (f(math.radians(line.get("R"))) for f in (math.cos, math.sin))
+            rows = columns(*(about(axis_of, e, c, s) for e in EYE))
+            self.parts["turn"] = before.then(Frame(rows, line.at(default=here)))
             self._tell(line)
         else:
             center = [c if k != plane.normal else 0.0 for k, c in enumerate(line.at(default=here))]
@@ -238,27 +253,6 @@ def _angled(state: State) -> None:
 def _vector(line: Line) -> Point:
     """I J K as they are written."""
     return line.get("I"), line.get("J"), line.get("K")
-
-
-def columns(a: Point, b: Point, c: Point) -> Rows:
-    """The matrix whose columns these are."""
-    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
-
-
-def _about(axis: Point, degrees: float) -> Rows:
-    """Rotation about a direction (Rodrigues)."""
-    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    turned = []
-    for e in EYE:
-        side, part = cross(axis, e), dot(axis, e) * (1.0 - c)
-        turned.append(
-            (
-                c * e[0] + s * side[0] + part * axis[0],
-                c * e[1] + s * side[1] + part * axis[1],
-                c * e[2] + s * side[2] + part * axis[2],
-            )
-        )
-    return columns(*turned)
 
 
 _PLANES: Final = {170: 2, 180: 1, 190: 0}

@@ -78,9 +78,8 @@ def variable(state: State, number: int) -> float:
         4109: (state.feed or 0.0) / state.scale, 4119: state.speed, 4120: float(state.tool),
     }  # fmt: skip
     if number not in modes:
-        raise NoValueError(
-            f"#{number} holds the state of a machine, or an offset, that this program does not contain"
-        )
+        what = f"#{number} holds the state of a machine, or an offset, that this program does not contain"
+        raise NoValueError(what)
     return modes[number]
 
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import codecs
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from vmachining.errors import NCError
@@ -79,7 +80,6 @@ _COMPILED: Final = tuple((what, remedy, re.compile(mark, re.IGNORECASE)) for wha
 _COMMENT: Final = re.compile(r"(?<![A-Za-z0-9_])\([^()]*\)|;.*")
 """Not the values after the name of a Siemens cycle."""
 
-
 _KEYWORDS: Final = {
     "Heidenhain": "BEGIN END PGM BLK FORM TOOL CALL DEF FMAX CYCL LBL APPR DEP",
     "Siemens": "CYCLE MCALL PROC EXTERN REAL INT BOOL STRING GOTOF GOTOB TRANS ATRANS ROT AROT MSG SUPA SOFT BRISK "
@@ -115,6 +115,19 @@ def binary_kind(data: bytes) -> str | None:
     if b"\0" in data or control > max(2, MOST_CONTROL * len(head)) or (kind and control):
         return kind
     return "a PDF document" if head.startswith(b"%PDF") else None
+
+
+def find_file(folders: Iterable[Path], fits: Callable[[Path], object]) -> Path | None:
+    """The first file that fits; folders in their order, in each by name."""
+    for folder in folders:
+        try:
+            entries = sorted(folder.iterdir())
+        except OSError:
+            continue
+        for entry in entries:
+            if fits(entry) and entry.is_file():
+                return entry
+    return None
 
 
 def keyword_control(word: str) -> str:

@@ -133,6 +133,13 @@ def move_record(move: Move, coordinates: str = "machine") -> dict[str, Any]:
             aside = (c * aside[0] + s * aside[1], c * aside[1] - s * aside[0])
         center = [end[a] + aside[0], end[b] + aside[1]]
     arc = move.motion in (Motion.ARC_CW, Motion.ARC_CCW)
+    more: dict[str, Any] = {}
+    if move.circle is not None:
+        more["circle"] = {"center_mm": list(move.circle[0]), "normal": list(move.circle[1])}
+    if move.axis_end is not None:
+        more["axis"] = list(move.axis_end)
+    if move.tcp and move.rotary_deg is not None:
+        more["tcp"] = True
     return {
         "line": move.line,
         "n": move.n,
@@ -147,26 +154,10 @@ def move_record(move: Move, coordinates: str = "machine") -> dict[str, Any]:
         "spindle_rpm": move.spindle_rpm,
         "coolant": move.coolant,
         "dwell_s": move.dwell_s if move.motion is Motion.DWELL else None,
-        **(
-            {}
-            if move.circle is None
-            else {"circle": {"center_mm": list(move.circle[0]), "normal": list(move.circle[1])}}
-        ),
-        **({} if move.axis_end is None else {"axis": list(move.axis_end)}),
-        **({"tcp": True} if move.tcp and move.rotary_deg is not None else {}),
+        **more,
     }
 
 
 def finding_record(finding: Finding) -> dict[str, Any]:
     """One finding of the tester."""
-    return {
-        "line": finding.line,
-        "col": finding.col,
-        "len": finding.length,
-        "n": finding.n,
-        "word": finding.word,
-        "code": finding.code,
-        "severity": finding.severity,
-        "message": finding.message,
-        "hint": finding.hint,
-    }
+    return {"len" if name == "length" else name: value for name, value in finding._asdict().items()}

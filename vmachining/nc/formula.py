@@ -81,10 +81,7 @@ def _divided(function: Callable[[float, float], float]) -> Callable[[float, floa
 
 
 _LEVELS: Final[tuple[dict[str, Callable[[float, float], float]], ...]] = (
-    {
-        "OR": lambda a, b: float(bool(a) or bool(b)),
-        "XOR": lambda a, b: float(bool(a) != bool(b)),
-    },
+    {"OR": lambda a, b: float(bool(a) or bool(b)), "XOR": lambda a, b: float(bool(a) != bool(b))},
     {"AND": lambda a, b: float(bool(a) and bool(b))},
     {
         "==": lambda a, b: float(_near(a, b)),

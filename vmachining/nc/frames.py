@@ -53,6 +53,21 @@ def axis_turn(axis: int, degrees: float) -> Rows:
     return x, y, z
 
 
+def columns(a: Point, b: Point, c: Point) -> Rows:
+    """The matrix whose columns these are."""
+    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
+
+
+def about(k: Point, p: Point, c: float, s: float) -> Point:
+    """A point turned about a unit direction by an angle of this cosine and sine (Rodrigues)."""
+    side, part = cross(k, p), dot(k, p) * (1.0 - c)
+    return (
+        c * p[0] + s * side[0] + part * k[0],
+        c * p[1] + s * side[1] + part * k[1],
+        c * p[2] + s * side[2] + part * k[2],
+    )
+
+
 class Frame(NamedTuple):
     """q = matrix p + origin. scale : of lengths, where it is the same in all directions, else 0.
 
@@ -91,6 +106,11 @@ class Frame(NamedTuple):
         """The linear part alone."""
         m = self.matrix
         return dot(m[0], p), dot(m[1], p), dot(m[2], p)
+
+    def into(self, q: Point) -> Point:
+        """A vector of work coordinates in this system, where it is a rotation."""
+        x, y, z = (dot(q, column) for column in zip(*self.matrix, strict=True))
+        return x, y, z
 
     def direction(self, p: Point) -> Point:
         """Unit vector that a direction becomes."""

@@ -189,7 +189,8 @@ class _Interpreter(Run):
         if 8 in block.g:
             offsets.tool_length(self, *block.g[8])
         if 12 in block.g:
-            offsets.work_offset(self, block.g[12][0])
+            state.work = block.g[12][0]
+            state.place_offsets()
         if 3 in block.g:
             state.absolute = block.g[3][0] == 900
         if 4 in block.g:
@@ -203,9 +204,8 @@ class _Interpreter(Run):
             raise self.fail("E356", block.g[2][1], "the plane cannot change while cutter compensation is on")
         for group, name in _FIXED.items():
             if group in block.g and not (group == 6 and _scale(block.g[6][0]) == state.scale):
-                raise self.fail(
-                    "E359", block.g[group][1], f"the {name} cannot change under cutter compensation"
-                )
+                what = f"the {name} cannot change under cutter compensation"
+                raise self.fail("E359", block.g[group][1], what)
         code, word = block.g.get(0, (None, None))
         if code in (100, 520, 530, 920, 921, 922, 923):
             raise self.fail("E359", word, f"{spell('G', code or 0)} while cutter compensation is on")

@@ -13,7 +13,6 @@ from vmachining.htmltable import facts_html, table_html
 Point: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mm."""
 
-
 ASSUMED_RPM: Final = 1000.0
 """For feeds per turn of a program that gives no speed: the path does not depend on it, times and chips do."""
 

@@ -65,9 +65,8 @@ def offset_arc(start: Pair, end: Pair, center: Pair, ccw: bool, turns: int, shif
     radius = math.dist(start, center)
     toward = shift if ccw else -shift
     if radius - toward <= FORWARD_MM:
-        raise CompensationError(
-            "E354", f"the arc radius {radius:.6g} mm is not greater than the tool radius {abs(shift):.6g} mm"
-        )
+        what = f"the arc radius {radius:.6g} mm is not greater than the tool radius {abs(shift):.6g} mm"
+        raise CompensationError("E354", what)
     ends = []
     tangents = []
     for point in (start, end):
@@ -332,31 +331,32 @@ def _beside(item: Segment, shift: float):  # type: ignore[no-untyped-def]
     return offset_arc(item.start, item.end, item.center, item.ccw, item.turns or 1, shift)
 
 
+def _along(item: Segment, point: Pair) -> tuple[Pair, float]:
+    """Tangent of a line, and how far along it a point lies from its start."""
+    t = tangents(item)[0]
+    return t, (point[0] - item.start[0]) * t[0] + (point[1] - item.start[1]) * t[1]
+
+
 def _foot(item: Segment, point: Pair) -> Pair:
     if item.center is None:
-        t = tangents(item)[0]
-        s = (point[0] - item.start[0]) * t[0] + (point[1] - item.start[1]) * t[1]
+        t, s = _along(item, point)
         return item.start[0] + s * t[0], item.start[1] + s * t[1]
     r = math.dist(item.end, item.center)
     away = math.dist(point, item.center) or 1.0
-    sign = 1.0
-    u = sign * (point[0] - item.center[0]) / away, sign * (point[1] - item.center[1]) / away
+    u = (point[0] - item.center[0]) / away, (point[1] - item.center[1]) / away
     return item.center[0] + r * u[0], item.center[1] + r * u[1]
 
 
 def _lies_on(item: Segment, point: Pair) -> bool:
     if item.center is None:
-        t = tangents(item)[0]
-        s = (point[0] - item.start[0]) * t[0] + (point[1] - item.start[1]) * t[1]
-        return 0.0 <= s <= math.dist(item.start, item.end)
+        return 0.0 <= _along(item, point)[1] <= math.dist(item.start, item.end)
     whole = _swept(item, item.end) or math.tau
     return _swept(item, point) <= whole + 1e-9
 
 
 def _swept(item: Segment, point: Pair) -> float:
     assert item.center is not None
-    a = math.atan2(point[1] - item.center[1], point[0] - item.center[0])
-    b = math.atan2(item.start[1] - item.center[1], item.start[0] - item.center[0])
+    a, b = _angle(point, item.center), _angle(item.start, item.center)
     return (a - b if item.ccw else b - a) % math.tau
 
 

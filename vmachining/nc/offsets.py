@@ -20,12 +20,6 @@ from vmachining.nc.tooltable import ToolEntry
 AXES: Final = "XYZ"
 
 
-def work_offset(run: Run, code: int) -> None:
-    """G54 to G59.3."""
-    run.state.work = code
-    run.state.place_offsets()
-
-
 def tool_length(run: Run, code: int, word: Word) -> None:
     """G43, G43.1, G43.2 (a further length), G43.4, G49."""
     block, state = run.block, run.state

@@ -273,10 +273,9 @@ class OneBlock:
             self._go_on(block, problems)
         if any(problem.code == "E413" for problem in problems):  # it may stand in a loop
             raise GiveUpError("E413", number - 1, problems[0].message)
-        if any(problem.message.startswith("#3000 =") for problem in problems):
-            raise GiveUpError(
-                "E108", number - 1, next(p.message for p in problems if p.message[:6] == "#3000 ")
-            )
+        for problem in problems:
+            if problem.message.startswith("#3000 ="):
+                raise GiveUpError("E108", number - 1, problem.message)
         if problems:
             for problem in problems:
                 self.report(problem, number, n)

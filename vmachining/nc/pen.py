@@ -233,9 +233,8 @@ class Pen(Placing):
         Raises PenError: E304, E308, E301, E352, E361.
         """
         if self.tip is not None:
-            raise PenError(
-                "E352", "the first motion after compensation is an arc", word, "leave on a straight line"
-            )
+            what = "the first motion after compensation is an arc"
+            raise PenError("E352", what, word, "leave on a straight line")
         if self.frame.scale == 0.0:
             raise PenError("E361", "an arc where the axes have different scales is an ellipse", word)
         a, b, normal = self.plane.first, self.plane.second, self.plane.normal

@@ -12,7 +12,7 @@ from typing import Final, Literal, NamedTuple
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.compensation import Compensation
 from vmachining.nc.findings import finding
-from vmachining.nc.frames import IDENTITY, UP, Frame, cross, dot, unit
+from vmachining.nc.frames import IDENTITY, UP, Frame, about, cross, dot, unit
 from vmachining.nc.model import Finding, Motion, Move, PenError, Point, add, put, subtract
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.settings import Settings
@@ -26,6 +26,9 @@ PIECE_RAD: Final = math.pi / 2.0
 """Arcs under a leaning tool come in pieces of a quarter."""
 
 STILL: Final = 1e-9
+_BARE: Final[dict[str, object]] = dict.fromkeys(
+    ("center", "rotary_start", "rotary_deg", "rotary_program", "axis_end")
+)
 MAX_MOVES: Final = 5_000_000
 """Motions of a program: more is a loop without end."""
 
@@ -274,21 +277,12 @@ class Placing:
     def _add(self, move: Move, start: Point, end: Point, axis: Point | None, **more: object) -> None:
         shift = self.settings.work_offsets.get(540)
         machine = end if shift is None else add(end, shift)
-        move = move._replace(
-            start=start,
-            end=end,
-            end_machine=machine,
-            center=None,
-            rotary_start=None,
-            rotary_deg=None,
-            rotary_program=None,
-            axis_end=None,
-        )
         if axis is not None and (axis != UP or self.axis != UP):
             more = {**more, "axis_start": self.axis, "axis_end": axis}
         if axis is not None:
             self.axis = axis
-        self.moves.append(move._replace(**more))  # type: ignore[arg-type]
+        move = move._replace(start=start, end=end, end_machine=machine)
+        self.moves.append(move._replace(**(_BARE | more)))  # type: ignore[arg-type]
 
 
 def swung(before: Point, after: Point, point: Point) -> Point:
@@ -302,9 +296,7 @@ def swung(before: Point, after: Point, point: Point) -> Point:
         k = (1.0, 0.0, 0.0) if abs(before[0]) < 0.9 else (0.0, 1.0, 0.0)
     c = max(-1.0, min(1.0, dot(before, after)))
     s = math.sqrt(max(0.0, 1.0 - c * c))
-    w, d = cross(k, point), dot(k, point) * (1.0 - c)
-    x, y, z = (c * p + s * q + d * r for p, q, r in zip(point, w, k, strict=True))
-    return x, y, z
+    return about(k, point, c, s)
 
 
 def _between(before: Point, after: Point, share: float) -> Point:

@@ -17,6 +17,7 @@ from itertools import pairwise
 from typing import Final, NamedTuple
 
 from vmachining.nc.findings import finding
+from vmachining.nc.frames import dot
 from vmachining.nc.lexer import MAX_VALUE, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point, Reading
 from vmachining.nc.settings import Settings
@@ -72,20 +73,17 @@ def read_poses(text: str, settings: Settings) -> Reading:
     if not lines:
         return Reading([], [finding("E109", 1, None, "the table is empty")], False)
     try:
-        columns = _columns(next(csv.reader([lines[0][1]])))
-    except (_RowError, csv.Error) as exc:
-        code = exc.code if isinstance(exc, _RowError) else "E109"
-        return Reading([], [finding(code, lines[0][0], None, str(exc))], False)
+        columns = _columns(_cells(lines[0][1]))
+    except _RowError as exc:
+        return Reading([], [finding(exc.code, lines[0][0], None, str(exc))], False)
     tool = min(settings.tools) if settings.tools else 0
     rows: list[Row] = []
     last = Row(0, (0.0, 0.0, 0.0), None, None, None, False, tool)
     for count, (line, raw) in enumerate(lines[1:]):
         try:
             last = _row(line, raw, columns, last, settings, found)
-        except (_RowError, csv.Error) as exc:
-            code = exc.code if isinstance(exc, _RowError) else "E109"
-            word, col = (exc.word, exc.col) if isinstance(exc, _RowError) else ("", 1)
-            found.append(finding(code, line, None, str(exc), word, col))
+        except _RowError as exc:
+            found.append(finding(exc.code, line, None, str(exc), exc.word, exc.col))
             if len(found) >= MAX_ERRORS:
                 what = f"{len(found)} findings so far: the {len(lines) - 2 - count} rows after it are not examined"
                 found.append(finding("E408", line, None, what))
@@ -98,18 +96,23 @@ def read_poses(text: str, settings: Settings) -> Reading:
     return Reading(moves, found, True)
 
 
+def _cells(raw: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([raw]))]
+    except csv.Error as exc:
+        raise _RowError("E109", str(exc)) from None
+
+
 def _columns(header: Sequence[str]) -> list[str]:
-    names = [name.strip().lower() for name in header]
+    names = [name.lower() for name in header]
     if len(names) == 1 and (mark := next((mark for mark in ";\t" if mark in names[0]), None)):
         parted = "semicolons" if mark == ";" else "tabs"
-        raise _RowError(
-            "E109", f"the columns are separated by {parted}: commas are expected, and decimal points"
-        )
+        what = f"the columns are separated by {parted}: commas are expected, and decimal points"
+        raise _RowError("E109", what)
     for name in names:
         if name not in (*TIP, *AXIS, *ANGLES, *OTHERS):
-            raise _RowError(
-                "E109", f"column '{name}' is not known: the header names x_mm, y_mm, z_mm, i, j, k, ..."
-            )
+            what = f"column '{name}' is not known: the header names x_mm, y_mm, z_mm, i, j, k, ..."
+            raise _RowError("E109", what)
         if names.count(name) > 1:
             raise _RowError("E109", f"column '{name}' is given twice")
     missing = [name for name in TIP if name not in names]
@@ -127,7 +130,7 @@ def _columns(header: Sequence[str]) -> list[str]:
 def _row(
     line: int, raw: str, columns: Sequence[str], last: Row, settings: Settings, found: list[Finding]
 ) -> Row:
-    cells = [cell.strip() for cell in next(csv.reader([raw]))]
+    cells = _cells(raw)
     if len(cells) != len(columns):
         raise _RowError("E109", f"{len(cells)} cells, the header has {len(columns)}")
     values: dict[str, float] = {}
@@ -171,39 +174,15 @@ def _row(
 def _moves(rows: Sequence[Row], found: list[Finding]) -> list[Move]:
     moves = []
     for before, row in pairwise(rows):
-        if (
-            before.axis
-            and row.axis
-            and sum(a * b for a, b in zip(before.axis, row.axis, strict=True)) < -1 + 1e-12
-        ):
+        if before.axis and row.axis and dot(before.axis, row.axis) < -1 + 1e-12:
             what = "the tool axis is reversed: no great circle is the shortest"
             found.append(finding("E364", row.line, None, what))
             continue
         if not row.rapid and not row.feed:
             found.append(finding("E301", row.line, None, "a feed move without feed_mm_min"))
             continue
-        moves.append(
-            Move(
-                row.line,
-                None,
-                Motion.RAPID if row.rapid else Motion.LINEAR,
-                before.tip,
-                row.tip,
-                "xy",
-                None,
-                0,
-                None if row.rapid else row.feed,
-                row.tool,
-                0.0,
-                0.0,
-                row.tip,
-                row.tip,
-                before.axis,
-                row.axis,
-                before.rotary,
-                row.rotary,
-                row.rotary,
-                row.rotary is not None,
-            )
-        )
+        motion, feed = (Motion.RAPID, None) if row.rapid else (Motion.LINEAR, row.feed)
+        more = before.axis, row.axis, before.rotary, row.rotary, row.rotary, row.rotary is not None
+        goal = row.tip, "xy", None, 0, feed, row.tool, 0.0, 0.0, row.tip, row.tip
+        moves.append(Move(row.line, None, motion, before.tip, *goal, *more))
     return moves

@@ -392,21 +392,7 @@ def _compiled(line: str, numbers: list[str], family: bool) -> tuple[Compiled, in
                 return None  # N[1], N-1: no number of a block
             if item.letter == "G":
                 code = next(written)
-                if (
-                    item.expression is not None
-                    or "-" in item.text
-                    or numbers[code]
-                    not in (
-                        "0",
-                        "1",
-                        "2",
-                        "3",
-                        "00",
-                        "01",
-                        "02",
-                        "03",
-                    )
-                ):
+                if item.expression is not None or "-" in item.text or numbers[code] not in _CODES:
                     return None
                 words["G"] = "None"
             else:

@@ -9,16 +9,7 @@ from typing import Any
 
 from vmachining.errors import NCError
 from vmachining.nc.conventions import arcs_open, closing, lengths, names_unit, quill, unit_of, worn
-from vmachining.nc.dialects import (
-    AUTO,
-    TABLE,
-    Reading,
-    is_g_code,
-    is_marked,
-    read_lines,
-    recognise,
-    strange,
-)
+from vmachining.nc.dialects import AUTO, TABLE, Reading, is_g_code, is_marked, read_lines, recognise, strange
 from vmachining.nc.fanuc_lines import as_lathe, folded, is_lathe, swapped, without_header
 from vmachining.nc.files import MAX_BYTES, decode_program
 from vmachining.nc.findings import check_moves, finding

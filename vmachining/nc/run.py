@@ -33,7 +33,6 @@ AT_ORIGIN_MM: Final = 1e-9
 MAX_MOVES: Final = 100_000
 """Motions of one block: repetitions times steps of a cycle beyond it are a typing error."""
 
-
 DWELL_UNITS: Final = {"s": 1.0, "ms": 1e-3}
 
 LONG_DWELL_S: Final = 30.0
@@ -96,9 +95,8 @@ class Run:
         """`@` distance from the origin of the work offset, `^` angle from +X; in G91 both are steps."""
         block, state = self.block, self.state
         if state.plane.name != "xy":
-            raise self.fail(
-                "E207", block.word(block.polar[0]), "polar words lie in XY, another plane is in force"
-            )
+            what = "polar words lie in XY, another plane is in force"
+            raise self.fail("E207", block.word(block.polar[0]), what)
         here = state.program
         distance, angle = block.value("@"), block.value("^")
         radius, theta = math.hypot(here[0], here[1]), math.atan2(here[1], here[0])

@@ -135,9 +135,8 @@ class Settings:
             raise NCError(f"home {self.home}", remedy="three finite numbers, mm")
         for folder in self.subroutines:
             if not folder.is_dir():
-                raise NCError(
-                    f"subroutines {folder}: no such folder", remedy="name the folder that has the subprograms"
-                )
+                what = f"subroutines {folder}: no such folder"
+                raise NCError(what, remedy="name the folder that has the subprograms")
 
     @classmethod
     def of(cls, name: str, codes: Mapping[str, int], options: Mapping[str, Any]) -> Settings:
@@ -148,9 +147,8 @@ class Settings:
         given = dict(options)
         for key in given.get("work_offsets") or {}:
             if key not in codes:
-                raise NCError(
-                    f"no work offset is called '{key}'", file=name, remedy="G54 to G59, G59.1 to G59.3"
-                )
+                what = f"no work offset is called '{key}'"
+                raise NCError(what, file=name, remedy="G54 to G59, G59.1 to G59.3")
         given["work_offsets"] = {codes[k]: at for k, at in (given.get("work_offsets") or {}).items()}
         given["control"] = Control.of(given.get("control"))
         if "home" in given:

@@ -333,7 +333,7 @@ class Memory:
         if 5401 <= number <= 5410:
             return self._tool(number)
         if number == 5210:
-            return _truth(state.g92 != ORIGIN or any(state.rotary_g92.values()))
+            return float(state.g92 != ORIGIN or any(state.rotary_g92.values()))
         if number == 5220:
             return float(list(WORK_OFFSETS).index(state.work) + 1)
         return self._offset(number)
@@ -438,10 +438,6 @@ _ASKED: Final[Mapping[str, Callable[[State], float | bool]]] = {
     "_remap_level": lambda _: 0,
 }
 """Modes that programs may read, by name; codes are ten times their number."""
-
-
-def _truth(flag: bool) -> float:
-    return 1.0 if flag else 0.0
 
 
 WORK_OFFSETS: Final = (540, 550, 560, 570, 580, 590, 591, 592, 593)

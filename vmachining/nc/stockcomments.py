@@ -36,7 +36,6 @@ _SIDES: Final = {
 }
 _DATUM: Final = re.compile(r"\b(XY|Z)[ ]+ORIGIN\b(?![ ]*POSITION)[^=:]*[=:](.*)")
 
-
 _ENDS: Final = (
     (("LEFT",), ("RIGHT",)),
     (("BOTTOM", "LOWER", "FRONT"), ("TOP", "UPPER", "BACK", "REAR")),

@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from vmachining.nc.files import MAX_BYTES, decode_program, find_tape
+from vmachining.nc.files import MAX_BYTES, decode_program, find_file, find_tape
 from vmachining.nc.flow import Structure, find_structure
 from vmachining.nc.lexer import split_lines
 
@@ -43,10 +43,7 @@ class SubFiles:
     """
 
     def __init__(
-        self,
-        folders: Sequence[Path],
-        lines: list[str],
-        plain: Callable[[list[str]], list[str]] = list,
+        self, folders: Sequence[Path], lines: list[str], plain: Callable[[list[str]], list[str]] = list
     ) -> None:
         self.folders, self.lines, self.plain = folders, lines, plain
         self.own = len(lines)
@@ -63,9 +60,7 @@ class SubFiles:
         if label in self.tried or not _NAME.fullmatch(name):
             return False
         self.tried.add(label)
-        path = self._find(re.compile(re.escape(name + SUFFIXES[0])).fullmatch) or self._find(
-            re.compile(re.escape(name + SUFFIXES[1])).fullmatch
-        )
+        path = self._find((name + SUFFIXES[0]).__eq__) or self._find((name + SUFFIXES[1]).__eq__)
         if path is None:
             return False
         file = self._hang(path)
@@ -97,15 +92,7 @@ class SubFiles:
 
     def _find(self, fits: Callable[[str], object]) -> Path | None:
         """The first file whose name, in small letters, fits."""
-        for folder in self.folders:
-            try:
-                entries = sorted(folder.iterdir())
-            except OSError:
-                continue
-            for entry in entries:
-                if fits(entry.name.lower()) and entry.is_file():
-                    return entry
-        return None
+        return find_file(self.folders, lambda entry: fits(entry.name.lower()))
 
     def holding(self, index: int) -> SubFile | None:
         """The file of a line; None for lines of the program."""

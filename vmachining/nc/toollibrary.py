@@ -83,9 +83,8 @@ def read_tool_library(path: Path, scale: float = 1.0) -> dict[int, ToolNote]:
             )
             for e in entries
         }
-    raise ToolError(
-        f"a tool library '{kind}' is not known", file=str(path), remedy="tools, json, fctl, fctb, tbl, t, csv"
-    )
+    what = f"a tool library '{kind}' is not known"
+    raise ToolError(what, file=str(path), remedy="tools, json, fctl, fctb, tbl, t, csv")
 
 
 def _unpacked(path: Path) -> str:
@@ -195,9 +194,8 @@ def _table(text: str, name: str) -> dict[int, ToolNote]:
         cells = {str(key).strip().lower(): value for key, value in row.items() if key is not None}
         number = _number(next((cells[key] for key in ("number", "t", "tool") if key in cells), None))
         if number is None:
-            raise ToolError(
-                "a row without its number", file=name, remedy="columns number, type, diameter_mm, ..."
-            )
+            what = "a row without its number"
+            raise ToolError(what, file=name, remedy="columns number, type, diameter_mm, ...")
         kind = _kind(str(cells.get("type") or ""))
         diameter, corner, flutes = (
             _number(cells.get(key)) for key in ("diameter_mm", "corner_radius_mm", "flutes")

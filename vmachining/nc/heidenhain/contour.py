@@ -102,9 +102,8 @@ class Contour:
                 (p for p in PLANES.values() if len(given) == 2 and set(given) == self._axes(p)), None
             )
             if plane is None:
-                raise PenError(
-                    "E361", "a circle centre outside the working plane", "CC", "post the arc as short lines"
-                )
+                what = "a circle centre outside the working plane"
+                raise PenError("E361", what, "CC", "post the arc as short lines")
         now = plane or pen.plane
         old = (
             self.pole

@@ -27,7 +27,6 @@ REFUSED_M: Final = {
     144: "M144 reckons with the kinematics of the machine", 197: "M197 rounds outer corners",
 }  # fmt: skip
 
-
 OWN: Final = {
     103: ("F",), 112: ("T", "A"), 118: tuple("XYZABCUVW"), 120: ("LA",), 124: ("T",), 128: ("F", "FMAX"), 132: ("P",),
     140: ("F", "FMAX", "FAUTO"),

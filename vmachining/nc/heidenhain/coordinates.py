@@ -128,9 +128,8 @@ class Coordinates(Flow):
         def of(*names: str) -> list[float]:
             missing = next((name for name in names if name not in values), None)
             if missing is not None:
-                raise PenError(
-                    "E109", f"PLANE {kind} needs {missing}", "PLANE", f"write {missing} and its number"
-                )
+                what = f"write {missing} and its number"
+                raise PenError("E109", f"PLANE {kind} needs {missing}", "PLANE", what)
             return [values[name] for name in names]
 
         if kind in _BY_ANGLES:

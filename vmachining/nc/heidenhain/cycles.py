@@ -126,9 +126,8 @@ def defined(text: str, number: Callable[[str], float]) -> list[Spot]:
     """
     out: list[Spot] = []
     if _ITEM.sub("", text).strip():
-        raise PenError(
-            "E109", f"'{_ITEM.sub('', text).strip()[:40]}' of PATTERN DEF is not understood", "PATTERN DEF"
-        )
+        what = f"'{_ITEM.sub('', text).strip()[:40]}' of PATTERN DEF is not understood"
+        raise PenError("E109", what, "PATTERN DEF")
     for kind, body in _ITEM.findall(text):
         left = _VALUE.sub("", body).strip()
         if left:
@@ -408,9 +407,8 @@ def _back(hole: _Hole) -> None:
 
 def _center(hole: _Hole) -> None:
     if hole.values.get("Q343", 0.0) != 0.0:
-        raise PenError(
-            "E208", "cycle 240 by diameter (Q343=1) needs the tip angle of the tool", "Q343", "use the depth"
-        )
+        what = "cycle 240 by diameter (Q343=1) needs the tip angle of the tool"
+        raise PenError("E208", what, "Q343", "use the depth")
     hole.cut(hole.bottom)
     hole.dwell("Q211")
     hole.rapid(hole.safe)

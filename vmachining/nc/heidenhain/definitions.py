@@ -27,7 +27,6 @@ _LAST: Final = re.compile(rf"(F?)\s*[A-Z .:-]*?\s*{TERM}\s*$")
 _CUTTING: Final = ("Q206", "Q207", "Q385")
 """Feeds of cycles in material, for plunging, milling and finishing."""
 
-
 _TCPM: Final = {
     "PATHCTRL VECTOR": "PATHCTRL AXIS", "AXIS SPAT": "AXIS POS",
     "REFPNT TIP-CENTER": "REFPNT TIP-TIP", "REFPNT CENTER-CENTER": "REFPNT TIP-TIP",
@@ -246,9 +245,8 @@ class Definitions(Coordinates):
         """PRESET SELECT #5 is cycle 247; KEEP TRANS leaves the transformations."""
         found = re.match(r"PRESET\s+SELECT\s*#?\s*(\d+|Q[LR]?\d+)(.*)", text)
         if found is None:
-            raise PenError(
-                "E208", f"{text[:40]} changes the table of presets", text[:30], "set up the part in the job"
-            )
+            what = f"{text[:40]} changes the table of presets"
+            raise PenError("E208", what, text[:30], "set up the part in the job")
         self._preset(self.q.number(found[1]), keep="KEEP" in found[2])
 
     def _sub_cycle(self, number: int, part: int, rest: str) -> None:

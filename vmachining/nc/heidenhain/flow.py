@@ -230,7 +230,6 @@ _SIMPLE: Final = re.compile(
     r"(APPR|DEP)\s+(P?(?:LT|LN|CT|LCT))\b|(LN|LP|CTP|CT|CR|CC|CP|C|L|RND|CHF)(?![A-Z]{2}|[A-HJ-Z](?=[A-Z]))"
 )
 
-
 _FREE: Final = re.compile(r"F(?:POL|LT?|CT?|SELECT)\b(?![ ]*=)")
 
 
@@ -279,9 +278,8 @@ class Flow(Execution):
             self._path(found, text[found.end() :])
             return
         if _FREE.match(text) is not None:
-            raise PenError(
-                "E208", FREE, text.split(" ", 1)[0], "let the control write the contour out as L and C blocks"
-            )
+            what = "let the control write the contour out as L and C blocks"
+            raise PenError("E208", FREE, text.split(" ", 1)[0], what)
         head = text.split(" ", 1)[0]
         do = getattr(self, "_do_" + head.lower().replace("#", ""), None) if head.isalpha() else None
         if do is not None:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from math import cos, radians, sin
 
-from vmachining.nc.frames import EYE, IDENTITY, Frame, Rows, axis_turn, cross, dot, matmul, unit
+from vmachining.nc.frames import EYE, IDENTITY, Frame, Rows, axis_turn, columns, cross, dot, matmul, unit
 from vmachining.nc.model import PenError, Point, put
 
 SAME = 1e-9
@@ -41,8 +41,7 @@ def vectors(base: Point, normal: Point) -> Rows:
     x = unit((base[0] - along * z[0], base[1] - along * z[1], base[2] - along * z[2]))
     if x is None:
         raise PenError("E363", "PLANE VECTOR: base and normal vector lie along one line")
-    y = cross(z, x)
-    return (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
+    return columns(x, cross(z, x), z)
 
 
 def projected(principal: float, minor: float, rotation: float) -> Rows:

@@ -18,7 +18,6 @@ _HEADS: Final = re.compile(r"(IF|ELSE|ENDIF|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLO
 _JUMP: Final = re.compile(r"(GOTO[FBC]?)[ ]*\(?[ ]*(N?[ ]*\d+|[A-Z_][A-Z0-9_]*)[ ]*\)?$")
 _OPENS: Final = {"IF": "ENDIF", "WHILE": "ENDWHILE", "FOR": "ENDFOR", "LOOP": "ENDLOOP"}
 
-
 _NAME: Final = re.compile(r"\$?[A-Z_][A-Z0-9_$]*")
 _READABLE: Final = ("$P_TOOLNO", "$P_GWPS", "$P_TOOLR", "$TC_DP6", "$P_EP", "$AA_IW", "$AA_IM", "$P_GP")
 _IDLE: Final = frozenset(

@@ -289,9 +289,8 @@ class _Values:
         units, tens = _digit(kind, 0), _digit(kind, 1)
         old = self.name in _OLD
         if units > 2 or (units == 0 and not old):
-            raise refused(
-                f"{self.name} with VARI {kind}", self.name, "post the motions of the cycle as blocks"
-            )
+            what = "post the motions of the cycle as blocks"
+            raise refused(f"{self.name} with VARI {kind}", self.name, what)
         turn = int(self["CDIR"])
         right = self.pen.rpm >= 0.0
         outside = self.name in ("CYCLE76", "CYCLE77")

@@ -37,7 +37,6 @@ from vmachining.nc.sinumerik.text import (
 
 _TRANSFORM: Final = re.compile(r"\b(A?(?:TRANS|ROT|SCALE|MIRROR))\b(?![ ]*[=(\[])[ ]*(.*)")
 
-
 _LIMIT: Final = re.compile(r"LIMS(?:\[\w+\])?")
 _OF_MACHINE: Final = re.compile(r"(?!\$)[A-Z_]*[A-Z_]{3}[A-Z0-9_]*")
 _FEED_MODES: Final[dict[float, str]] = {

@@ -171,9 +171,8 @@ class Places(Flow):
                 axis = (mode >> 2 * place & 3) - 1
                 if numbers[3 + place]:
                     if axis < 0:
-                        raise PenError(
-                            "E109", f"CYCLE800: mode {mode} names no axis for an angle", "CYCLE800"
-                        )
+                        what = f"CYCLE800: mode {mode} names no axis for an angle"
+                        raise PenError("E109", what, "CYCLE800")
                     rows = matmul(rows, axis_turn(axis, numbers[3 + place]))
         else:  # solid angle: turned about Z by the first, tilted about the new Y by the second
             rows = matmul(axis_turn(2, numbers[3]), axis_turn(1, numbers[4]))
