@@ -11,7 +11,7 @@ from tinyjob import FEED, JOB, write_job
 
 from vmachining.job import Job, run
 from vmachining.nc import BlockEdit, rewrite_feeds
-from vmachining.nc.reader import parse_program
+from vmachining.nc.dialects import parse_program
 
 # a 4 mm end mill enters a box from the side: the front edge of the box is x = 0, the cut is 1 mm deep
 ENTRY = "G21 G90 G17 G94\nT1 M6\nS8000 M3\nG0 X-4 Y9 Z5\nG0 Z-1\nG1 X8 F600\nG0 Z5\nM30\n"

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from vmachining.nc import Motion, Program, parse_program
-from vmachining.nc.rewrite_records import rewrite_apt_feeds
+from vmachining.nc.rewrite_words import rewrite_apt_feeds
 from vmachining.nc.toolcomments import cutter_notes
 
 R, F, CW, CCW, D = Motion.RAPID, Motion.LINEAR, Motion.ARC_CW, Motion.ARC_CCW, Motion.DWELL

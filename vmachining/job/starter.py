@@ -38,8 +38,7 @@ from vmachining.nc import (
     split_lines,
 )
 from vmachining.nc.conventions import unit_of
-from vmachining.nc.stockcomments import placed, stock_note
-from vmachining.nc.toolcomments import ToolNote
+from vmachining.nc.toolcomments import ToolNote, placed, stock_note
 from vmachining.sweep import Turn
 
 ALLOWANCE_MM = 2.0

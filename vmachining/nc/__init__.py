@@ -15,12 +15,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from vmachining.nc.dialects import DIALECTS, is_g_code
+from vmachining.nc.dialects import DIALECTS, is_g_code, parse_program, read_program
 from vmachining.nc.files import MAX_BYTES, decode_program
 from vmachining.nc.findings import CATALOGUE, beyond_travel, explain, finding, finding_record, move_record
 from vmachining.nc.lexer import LexedLine, Word, lex_line, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point, Program
-from vmachining.nc.reader import parse_program, read_program
 from vmachining.nc.settings import Settings
 from vmachining.nc.tooltable import ToolEntry, read_tool_table
 

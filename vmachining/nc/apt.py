@@ -112,11 +112,8 @@ class _Apt(AptMotions):
             spoken = unit_of_feeds(text)
             if spoken == "inch":
                 self.unit, self.unit_known = 25.4, "feeds"
-                self.note(
-                    "I213",
-                    1,
-                    "no UNITS record; feeds are in inches per minute, so lengths are read as inches",
-                )
+                what = "no UNITS record; feeds are in inches per minute, so lengths are read as inches"
+                self.note("I213", 1, what)
             elif spoken == "mm":
                 self.unit_known = "feeds"
                 self.note("I213", 1, "no UNITS record; feeds are in mm per minute, so lengths are read as mm")
@@ -173,21 +170,13 @@ class _Apt(AptMotions):
         self.feed, self.per_turn, self.rapid = record.numbers[0] * (unit or self.unit), turn, False
 
     def _do_spindl(self, record: Record) -> None:
-        names = [
-            name
-            for name in record.names
-            if name not in ("RPM", "NOMORE", "RANGE", "LOW", "MEDIUM", "HIGH", "AUTO")
-        ]
+        names = set(record.names) - {"RPM", "NOMORE", "RANGE", "LOW", "MEDIUM", "HIGH", "AUTO"}
         numbers = record.numbers[: 1 if "RANGE" in record.names else None]
-        if set(names) & {"SFM", "SMM", "SURF", "MAXRPM"}:
-            self.once(
-                "I214",
-                record.line,
-                f"SPINDL/{record.text}: a surface speed; the speed is not known",
-                "SPINDL",
-            )
+        if names & {"SFM", "SMM", "SURF", "MAXRPM"}:
+            what = f"SPINDL/{record.text}: a surface speed; the speed is not known"
+            self.once("I214", record.line, what, "SPINDL")
             return
-        if len(numbers) > 1 or not set(names) <= {"CLW", "CCLW", "ON", "OFF", "ORIENT", "LOCK"}:
+        if len(numbers) > 1 or not names <= {"CLW", "CCLW", "ON", "OFF", "ORIENT", "LOCK"}:
             raise RecordError("E109", "SPINDL/number,CLW or SPINDL/OFF is expected")
         if numbers:
             if numbers[0] < 0.0:

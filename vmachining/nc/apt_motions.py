@@ -176,9 +176,8 @@ def cycle_of(record: Record, unit: float, signed: bool) -> HoleCycle:
     known = {*_LENGTHS, *UNITS, *_HARMLESS, *kinds, "DWELL", "REV", "SEC"}
     if not kinds or (other := next((name for name in record.names if name not in known), None)):
         what = record.names[0] if not kinds and record.names else other if kinds else "without a name"
-        raise RecordError(
-            "E208", f"CYCLE/{record.text[:40]}: {what} is not supported", "post the holes as single moves"
-        )
+        text = f"CYCLE/{record.text[:40]}: {what} is not supported"
+        raise RecordError("E208", text, "post the holes as single moves")
     depth, clear = record.after("FEDTO", "DEPTH"), record.after("RAPTO", "CLEAR")
     if depth is None and (kinds[0] in record.values) and not any(n in _LENGTHS for n in record.names):
         depth = record.after(kinds[0])

@@ -77,9 +77,7 @@ def check_center(start: Pair, end: Pair, center: Pair, inch: bool) -> float:
         raise ArcError("E308", "the arc starts on its own centre")
     difference = abs(begin - finish)
     limit = RADIUS_ABSOLUTE_MM[inch]
-    if difference > limit and (
-        difference > 100.0 * limit or difference > RADIUS_RELATIVE * max(begin, finish)
-    ):
+    if difference > max(limit, min(100.0 * limit, RADIUS_RELATIVE * max(begin, finish))):
         raise ArcError("E304", f"radius {begin:.6g} mm at the start, {finish:.6g} mm at the end")
     return difference
 

@@ -61,9 +61,9 @@ class Reader(OneBlock):
             self._record("E109", max(1, self.state.held.line), 1, 0, None, "", what)
         if self.state.compensation is not None:
             left = self.state.compensation.finish()[0]
-            self.moves.extend(
-                left if self.state.carried is None else carried(left, self.state, self.settings, None)
-            )
+            if self.state.carried is not None:
+                left = carried(left, self.state, self.settings, None)
+            self.moves.extend(left)
         if not any(move.motion is not Motion.DWELL for move in self.moves) and not self.errors:
             self._record("W406", 1, 1, 0, None, "", "the program contains no motion")
         if self.translator is not None:
@@ -81,9 +81,8 @@ class Reader(OneBlock):
             return
         for index in range(at, self.own):
             content = lines[index].strip(" \t")
-            if _PROGRAM_NUMBER.match(content) or (
-                self.translator is not None and any(map(_LOCAL.search, lines))
-            ):
+            local = self.translator is not None and any(map(_LOCAL.search, lines))
+            if local or _PROGRAM_NUMBER.match(content):
                 return  # a subprogram
             if content and content != "%":
                 text = content[:40]
@@ -251,12 +250,8 @@ class Reader(OneBlock):
             if fast and len(line) <= MAX_LINE:
                 found = match(line)
                 words, writes = found.groups() if found is not None else None, None
-                if (
-                    found is None
-                    and ("[" in line or "#" in line)
-                    and (seen := self.templates.words(line)) is not None
-                ):
-                    words, writes = seen
+                if found is None and ("[" in line or "#" in line):
+                    words, writes = self.templates.words(line) or (None, None)
                 if words is not None:
                     n = None if (number := words[0]) is None else int(number)
                     before = None if state.compensation is None else CHANGED(state)
@@ -292,11 +287,8 @@ class Reader(OneBlock):
                         continue
             told, made_before = sum(self.warnings.values()) + len(self.findings), len(moves)
             self._block(index + 1, line, called)
-            if (
-                again is not None
-                and moves is self.moves
-                and told == sum(self.warnings.values()) + len(self.findings)
-            ):
+            silent = told == sum(self.warnings.values()) + len(self.findings)
+            if again is not None and moves is self.moves and silent:
                 self.repeated.keep(again.groups(), state, self.state, moves[made_before:])
             state, moves = self.state, self.moves
             fast = (state.plain or state.offset) and (quick is None or quick.quick)

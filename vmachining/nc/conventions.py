@@ -185,9 +185,8 @@ def quill(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Find
         return settings, []
     what = "W moves the tool along Z, beside Z: the depth is the sum of both, and W begins at 0"
     hint = 'confirm it: w = "z" under [program.control], or --control w=z'
-    return replace(settings, control=replace(control, w="z")), [
-        finding("I213", at, None, what, word, hint=hint)
-    ]
+    said = finding("I213", at, None, what, word, hint=hint)
+    return replace(settings, control=replace(control, w="z")), [said]
 
 
 def lengths(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Finding]]:

@@ -106,10 +106,9 @@ def drill(run: Run, code: int, fresh: bool) -> None:
     state.cycle = cycle
     clear = _levels(run, cycle)[0]
     level = state.program[plane.normal]
-    if cycle.code != 870 and (
-        level < clear - ROUNDING_MM
-        or (cycle.initial < clear - ROUNDING_MM and abs(level - clear) <= ROUNDING_MM)
-    ):  # the second has no length: as the reference control
+    low = clear - ROUNDING_MM
+    # on the clearance plane the rapid has no length: as the reference control
+    if cycle.code != 870 and (level < low or (cycle.initial < low and abs(level - clear) <= ROUNDING_MM)):
         run.rapid({plane.normal: clear})
     kept = state.feed
     if state.tap and code in (740, 840):
@@ -193,11 +192,8 @@ def _body(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float, back
     direction = state.direction
     if code in (740, 840):
         state.direction = -direction
-    if (
-        cycle.p is not None
-        and (cycle.p or not run.settings.family)
-        and code in (740, 760, 820, 840, 860, 880, 890)
-    ):
+    waits = code in (740, 760, 820, 840, 860, 880, 890)
+    if waits and cycle.p is not None and (cycle.p or not run.settings.family):
         run.dwell(cycle.p)
     if code in (740, 840):
         _tap(run, normal, back)
@@ -365,13 +361,11 @@ def _store(run: Run, code: int) -> Stored:
 def _here(run: Run) -> tuple[float, float]:
     """X and Y of the block, or where the tool is."""
     block, state = run.block, run.state
-    now = state.program
-    x, y = (
-        now[axis]
-        if (value := block.value(letter)) is None
-        else value * state.scale + (0.0 if state.absolute else now[axis])
-        for axis, letter in enumerate("XY")
-    )
+    x, y, _ = now = state.program
+    if (value := block.value("X")) is not None:
+        x = value * state.scale + (0.0 if state.absolute else now[0])
+    if (value := block.value("Y")) is not None:
+        y = value * state.scale + (0.0 if state.absolute else now[1])
     return x, y
 
 

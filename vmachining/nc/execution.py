@@ -110,9 +110,8 @@ class Execution:
     def reading(self, declared: Declared) -> Reading:
         """What the program became, without the moves before the line where it is to restart."""
         pen = self.pen
-        first = next(
-            (k for k, move in enumerate(pen.moves) if move.line >= self.settings.start_line), len(pen.moves)
-        )
+        begin = self.settings.start_line
+        first = next((k for k, move in enumerate(pen.moves) if move.line >= begin), len(pen.moves))
         names = {number: name for name, number in self.names.items()}
         declared = declared._replace(tools=tuple(sorted(pen.called)), names=names)
         return Reading(pen.moves[first:], pen.findings, self.ended, tuple(map(str, self.paths)), declared)
@@ -207,8 +206,5 @@ class Execution:
     def _find(self, stem: str) -> Path | None:
         if not re.fullmatch(r"[\w.+ -]+", stem):
             return None
-        wanted = stem.lower()
-        return find_file(
-            self.settings.subroutines,
-            lambda e: e.stem.lower() == wanted and e.suffix.lower() in self.suffixes,
-        )
+        wanted = [stem.lower() + suffix for suffix in self.suffixes]
+        return find_file(self.settings.subroutines, lambda entry: entry.name.lower() in wanted)

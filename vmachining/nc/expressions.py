@@ -192,10 +192,10 @@ def parse_name(text: str, at: int, depth: int = 0) -> tuple[Name, int]:
         if end < 0:
             raise ExpressionError("the parameter name has no closing '>'", at)
         if text[at + 1 : end].lower().lstrip(" \t").startswith(("_ini[", "_hal[")):
-            what = (
-                f"#{text[at : end + 1]} is known to a machine with its configuration only, not to a program"
+            name = f"#{text[at : end + 1]}"
+            raise ExpressionError(
+                f"{name} is known to a machine with its configuration only, not to a program", at
             )
-            raise ExpressionError(what, at)
         name = text[at + 1 : end].replace(" ", "").replace("\t", "").lower()
         if not name or not name.isascii() or set(name) & set("<#[]()"):
             raise ExpressionError(f"'{text[at : end + 1]}' is not a parameter name", at)

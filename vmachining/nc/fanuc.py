@@ -218,12 +218,8 @@ class Translator(Registers):
             out.taken |= set("ABC")
         elif code == 1000 and "T" in out.given:  # of Brother, or a macro of the builder
             text = out.given["T"][0].text
-            self.say(
-                "G100",
-                word,
-                f"{word.text} {text}: a tool change, then a rapid to the place that is named",
-                "I213",
-            )
+            what = f"{word.text} {text}: a tool change, then a rapid to the place that is named"
+            self.say("G100", word, what, "I213")
             if 60 not in out.now("M") and not out.switches(6.0):
                 out.add("M", 6.0, word)
             if out.axes and not codes & MOVES:

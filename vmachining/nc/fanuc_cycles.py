@@ -202,12 +202,8 @@ def taps(block: Words, state: State, variant: str) -> tuple[Words, float]:
     out, pitch = Words(), 0.0
     for word, value in block:
         own = value in (77.0, 78.0)
-        if (
-            word.letter != "G"
-            or value not in TAPS
-            or (value > 100.0 and variant != "okuma")
-            or (own and not brother)
-        ):
+        foreign = (value > 100.0 and variant != "okuma") or (own and not brother)
+        if word.letter != "G" or value not in TAPS or foreign:
             out.append((word, value))
             continue
         out.append((word._replace(value=TAPS[value]), TAPS[value]))

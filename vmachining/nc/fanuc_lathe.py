@@ -92,15 +92,11 @@ class Lathe(Cycles):
         has = {w.letter for w, _ in given}
         if self.variant == "okuma" and "L" in has and codes & {750, 760}:  # of any motion
             mark = ",R" if 760 in codes else ",C"
-            given = [
-                (w._replace(letter=mark) if w.letter == "L" else w, v)
-                for w, v in given
-                if not (w.letter == "G" and v in (75.0, 76.0))
-            ]
+            given = [(w, v) for w, v in given if not (w.letter == "G" and v in (75.0, 76.0))]
+            given = [(w._replace(letter=mark) if w.letter == "L" else w, v) for w, v in given]
         if 40 in codes and "F" in has and not {"P", "X", "U"} & has:
             given = [
-                (w._replace(letter="X", text=w.text + "."), v) if w.letter == "F" else (w, v)
-                for w, v in given
+                (w._replace(letter="X", text=w.text + ".") if w.letter == "F" else w, v) for w, v in given
             ]
         return given
 
@@ -140,10 +136,8 @@ class Lathe(Cycles):
                 return b
         kept = self._modes(b)
         self._goal(b)
-        passes = (
-            PASSES.get(c, c) for c in codes if c in PASSES or (c in (900, 940, 920) and self._is_pass(c, b))
-        )
-        single = next(passes, 0)
+        passes = (c for c in codes if c in PASSES or (c in (900, 940, 920) and self._is_pass(c, b)))
+        single = next((PASSES.get(c, c) for c in passes), 0)
         group1 = next((MOVES[c] for c in codes if c in MOVES), None)
         if group1 is not None or codes & ({700, 800} | HOLES.keys() | MANY.keys()):
             self.once, self.hole = None, self.hole if codes & HOLES.keys() else {}
@@ -255,11 +249,11 @@ class Lathe(Cycles):
                     number %= 100
                 if number:
                     b.become(b.before, tool=number)
+            elif letter == "S":
+                if not codes & {500, 920} and not self.constant:
+                    kept.append((word, value))
             elif (
-                (letter == "M" and value != 6.0)
-                or letter in "FN"
-                or (letter == "P" and codes & {541, 1540})
-                or (letter == "S" and not codes & {500, 920} and not self.constant)
+                letter in "FN" or (letter == "M" and value != 6.0) or (letter == "P" and codes & {541, 1540})
             ):
                 kept.append((word, value))
         return kept
@@ -375,9 +369,7 @@ class Lathe(Cycles):
             if letter in b.given:
                 word, value = b.given[letter]
                 out.append((word, value if arc or letter != "R" else abs(value)))
-        if "A" in b.given and (b.x is None) != (
-            b.z is None
-        ):  # a line by its angle from +Z and one of its coordinates
+        if "A" in b.given and (b.x is None) != (b.z is None):  # a line by its angle from +Z
             word, value = b.given["A"]
             slope = math.tan(math.radians(value))
             if b.x is None and b.z is not None:

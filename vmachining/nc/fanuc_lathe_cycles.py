@@ -69,11 +69,8 @@ class Turned(Line):
         """A straight motion before the block."""
         like = self.like
         out = [(like._replace(letter="G", value=code / 10.0), code / 10.0)]
-        out += [
-            (like._replace(letter=c, value=v), v)
-            for c, v in (("X", x), ("Z", z), ("F", feed))
-            if v is not None
-        ]
+        given = {"X": x, "Z": z, "F": feed}
+        out += [(like._replace(letter=c, value=v), v) for c, v in given.items() if v is not None]
         self.ahead.append(out)
 
 
@@ -102,11 +99,8 @@ class Cycles(Translator):
         held = self.lead = self.lead if lead is None else lead
         turn = None if held is None else held * b.scale
         b.become(b.before, feed_mode=950, feed=turn)
-        b.become(
-            b.after,
-            feed_mode=state.feed_mode,
-            feed=state.feed if turn is None or "F" not in b.given else turn,
-        )
+        feed = state.feed if turn is None or "F" not in b.given else turn
+        b.become(b.after, feed_mode=state.feed_mode, feed=feed)
 
     def _single(self, code: int, b: Turned) -> None:
         """G90, G94, G92: four motions of a pass that ends where it began."""

@@ -13,7 +13,7 @@ from typing import Final, Literal
 
 from vmachining.nc.findings import finding
 from vmachining.nc.lexer import MAX_LINE
-from vmachining.nc.model import Finding, Motion, Move, Point
+from vmachining.nc.model import Finding, Motion, Move
 from vmachining.nc.settings import Settings
 
 _NX_HEADER: Final = re.compile(r"^\s*Information listing created by\b", re.IGNORECASE)
@@ -69,11 +69,8 @@ def prepare(line: str) -> str:
         line = _ANGLED.sub(lambda hit: " " * len(hit[0]), line)
     if "/" in line and "[" not in line:
         code, mark, rest = line.partition("(")
-        line = (
-            _SKIP.sub(lambda hit: (" " * len(hit[0])) if hit.start() else "/" + " " * (len(hit[0]) - 1), code)
-            + mark
-            + rest
-        )
+        code = _SKIP.sub(lambda hit: (" " if hit.start() else "/").ljust(len(hit[0])), code)
+        line = code + mark + rest
     if _PRINT.match(line):
         return ""
     if "[" in line:
@@ -231,9 +228,8 @@ def is_lathe(lines: Sequence[str], findings: Sequence[Finding]) -> bool:
             return True
     bare = [REMARK.sub(" ", line) for line in lines[:2000]]
     seen = {hit[1].upper() for line in bare for hit in _AXIS.finditer(line)}
-    if (
-        "Y" in seen
-    ):  # a lathe with a Y axis: every T names a tool and its register, and no word is one of a mill
+    # a lathe with a Y axis: every T names a tool and its register, and no word is one of a mill
+    if "Y" in seen:
         tools = [hit[1] for line in bare for hit in _ANY_T.finditer(line)]
         paired = bool(tools) and all(_PAIR.fullmatch(text) for text in tools)
         return paired and any(map(_TURNS.search, bare)) and not any(map(_MILLS.search, bare))
@@ -255,11 +251,8 @@ def as_lathe(lines: Sequence[str], settings: Settings, diameters: bool) -> tuple
                 continue
     inch = settings.units == "inch" or any(map(_INCH.search, lines[:200]))
     scale = 25.4 if inch else 1.0
-    home: Point = (
-        scale * far["X"] / (2.0 if diameters else 1.0) + 50.0,
-        0.0,
-        max(settings.home[2], scale * far["Z"] + 50.0),
-    )
+    radius = scale * far["X"] / (2.0 if diameters else 1.0)
+    home = radius + 50.0, 0.0, max(settings.home[2], scale * far["Z"] + 50.0)
     turns = "C" if any(_ROTARY.search(REMARK.sub(" ", line)) for line in lines[:2000]) else ""
     rotary = settings.rotary if turns in settings.rotary else settings.rotary + turns
     control = replace(settings.control, lathe=kind)

@@ -54,6 +54,7 @@ ARGUMENTS: Final = {
 """Local variables of the words of G65, type I of the manual; of type II, I J K again and again, are #4 to #33."""
 
 MACROS: Final = ("G65", "G66", "G66.1")
+NEVER: Final = "the called subprogram never returns (M99)"
 BUILDER: Final = range(9000, 10000)
 """O numbers of the builder's macros for tools, probes and pallets, which G65 and G66 call."""
 MAX_DEPTH: Final = 64
@@ -80,11 +81,7 @@ NEXT_PROGRAM: Final = (
 
 def next_program(lines: list[str], first: int, stop: int) -> int:
     """The line of the second O number, where another program begins; else `stop`."""
-    heads = (
-        k
-        for k in range(first, stop)
-        if lines[k].lstrip(" \t")[:1] in ("O", "o", ":") and _PROGRAM.match(lines[k])
-    )
+    heads = (k for k in range(first, stop) if _PROGRAM.match(lines[k]))
     return next(islice(heads, 1, None), stop)
 
 
@@ -181,9 +178,7 @@ class MacroFlow:
             if steps > limit + stop - first:
                 return at, False
         if self.calls:
-            self.report(
-                Problem("E415", None, "the called subprogram never returns (M99)"), self.calls[-1].start
-            )
+            self.report(Problem("E415", None, NEVER), self.calls[-1].start)
         return stop, True
 
     def _each(self, index: int) -> int:
@@ -263,8 +258,7 @@ class MacroFlow:
     def _next_program(self, index: int) -> int:
         """A line with an O number: a subprogram that runs into it has no M99."""
         if self.calls and any(text.strip(" \t%") for text in self.bare[self.calls[-1].start + 1 : index]):
-            what = "the called subprogram never returns (M99)"
-            self.report(Problem("E415", None, what), self.calls[-1].start)
+            self.report(Problem("E415", None, NEVER), self.calls[-1].start)
             return -index
         if not self.calls and self.starts.index(index) > 0:
             self.report(Problem("W401", self._word(index), NEXT_PROGRAM), index)
@@ -335,9 +329,9 @@ class MacroFlow:
         given: list[tuple[str, float]] = []
         code, word, taken = "", None, list[Word]()
         for item in lexed.words:
-            value = (
-                evaluate(item.expression, self.memory) if item.expression is not None else item.value or 0.0
-            )
+            value = item.value or 0.0
+            if item.expression is not None:
+                value = evaluate(item.expression, self.memory)
             name = f"{item.letter}{value:g}"
             if name in ("M97", "M98", "M99", "M198", "G65", "G66", "G66.1", "G67"):
                 code, word = name, item

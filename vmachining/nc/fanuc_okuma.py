@@ -103,6 +103,9 @@ _OWN: Final = re.compile(
 )
 _GIVEN: Final = re.compile(r"(?<![A-Z0-9#\]])([XYZABCIJKLRFSTHDQP])[ \t]*=[ \t]*([^ \t()]+)", re.IGNORECASE)
 _BRANCH: Final = re.compile(r"(\][ \t]*)(?:GOTO[ \t]*)?N(?=[A-Z0-9])", re.IGNORECASE)
+_NOEX: Final = re.compile(r"\bNOEX\b", re.IGNORECASE)
+_RETURN: Final = re.compile(r"^([ \t]*)RTS\b", re.IGNORECASE)
+_NAMED: Final = re.compile(r"((?:\]|GOTO)[ \t]*(?:GOTO[ \t]*)?N)([A-Z0-9]+)", re.IGNORECASE)
 _JUMP: Final = re.compile(r"(?<![A-Z])GOTO[ \t]*N(?=[A-Z0-9])", re.IGNORECASE)
 _LABEL: Final = re.compile(r"^([ \t]*)([NO])([A-Z0-9]*[A-Z][A-Z0-9]*)(?![A-Z0-9=])", re.IGNORECASE)
 _CALL: Final = re.compile(r"(?<![A-Z])CALL[ \t]*O([A-Z0-9]+)", re.IGNORECASE)
@@ -151,20 +154,10 @@ def user_task(lines: list[str]) -> list[str]:
         if not _TASK.search(code):
             out.append(code + mark + rest)
             continue
-        code = re.sub(
-            r"^([ \t]*)RTS\b",
-            r"\1M99",
-            re.sub(r"\bNOEX\b", "", code, flags=re.IGNORECASE),
-            flags=re.IGNORECASE,
-        )
+        code = _RETURN.sub(r"\1M99", _NOEX.sub("", code))
         code = _LABEL.sub(lambda hit: f"{hit[1]}{hit[2]}{label(hit[3])} ", code)
         code = _CALL.sub(lambda hit: f"M98 P{label(hit[1])}", code)
-        code = re.sub(
-            r"((?:\]|GOTO)[ \t]*(?:GOTO[ \t]*)?N)([A-Z0-9]+)",
-            lambda hit: hit[1] + label(hit[2]),
-            code,
-            flags=re.IGNORECASE,
-        )
+        code = _NAMED.sub(lambda hit: hit[1] + label(hit[2]), code)
         code = _BRANCH.sub(r"\1GOTO ", code)
         code = _JUMP.sub("GOTO ", code)
         code = _VARIABLE.sub(lambda hit: f"#{500 + int(hit[1])}", code)

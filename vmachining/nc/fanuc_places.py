@@ -191,12 +191,9 @@ class Places:
             return None
         along, normal = unit(self.given[1][1]), unit(self.given[2][1])
         side = unit(cross(normal, along)) if along is not None and normal is not None else None
-        if (
-            along is None
-            or normal is None
-            or side is None
-            or abs(dot(along, normal)) > math.sin(math.radians(5.0))
-        ):
+        if along is None or normal is None or side is None:
+            return None
+        if abs(dot(along, normal)) > math.sin(math.radians(5.0)):
             return None
         return columns(cross(side, normal), side, normal), self.given[1][0]
 

@@ -140,9 +140,8 @@ def never_a_program(head: str) -> Foreign | None:
     for what, remedy, mark in _NEVER:
         if found := mark.search(head):
             line, begin = head.count("\n", 0, found.start()) + 1, head.rfind("\n", 0, found.start()) + 1
-            return Foreign(
-                line, found.start() - begin + 1, found[0].split("\n")[0].strip()[:40], what, remedy
-            )
+            word = found[0].split("\n")[0].strip()[:40]
+            return Foreign(line, found.start() - begin + 1, word, what, remedy)
     return None
 
 

@@ -26,9 +26,8 @@ class Entry(NamedTuple):
 def _entries(text: str) -> dict[str, Entry]:
     """Of a text: a code and its title, indented the explanation and, after a `>`, the hint; # opens a comment."""
     out: dict[str, Entry] = {}
-    for item in re.split(
-        r"^(?=[A-Z])", re.sub(r"^#.*\n|^\n", "", text, flags=re.MULTILINE), flags=re.MULTILINE
-    )[1:]:
+    text = re.sub(r"^#.*\n|^\n", "", text, flags=re.MULTILINE)
+    for item in re.split(r"^(?=[A-Z])", text, flags=re.MULTILINE)[1:]:
         head, _, rest = item.partition("\n")
         explanation, _, hint = rest.partition("  > ")
         out[head[:4]] = Entry(head[5:], " ".join(explanation.split()), " ".join(hint.split()))
@@ -102,9 +101,7 @@ def _arc_box(move: Move) -> tuple[Point, Point]:
 
 
 def _between(moves: Sequence[Move], blu: float) -> Iterable[Finding]:
-    off = [
-        move for move in moves if any(abs(v / blu - round(v / blu)) * blu > NEAR for v in move.end_machine)
-    ]
+    off = [m for m in moves if any(abs(v / blu - round(v / blu)) * blu > NEAR for v in m.end_machine)]
     if off:
         what = f"{len(off)} targets are not multiples of {blu:g} mm"
         yield finding("I374", off[0].line, off[0].n, what)

@@ -116,9 +116,8 @@ def find_structure(lines: Sequence[str], first: int, stop: int) -> Structure | N
 
 def _unread(error: LexError) -> Problem:
     """What the lexer found, as a problem of its line."""
-    return Problem(
-        error.code, Word("O", None, error.col, error.length, error.text[:60]), error.message, error.hint
-    )
+    word = Word("O", None, error.col, error.length, error.text[:60])
+    return Problem(error.code, word, error.message, error.hint)
 
 
 def _steering_lines(text: str, first: int) -> Iterator[int]:
@@ -391,11 +390,9 @@ class Flow:
         if label not in self.structure.numbers and label:
             self.load(label, index)
         if label not in self.structure.numbers:
-            what = (
-                "M98 without P"
-                if number is None
-                else f"no program O{number:g} in this file or in one of its own"
-            )
+            what = "M98 without P"
+            if number is not None:
+                what = f"no program O{number:g} in this file or in one of its own"
             return Problem("E412", block.word("P") or word, what)
         if repeats is not None and (repeats < 0.0 or repeats != int(repeats)):
             return Problem("E336", block.word("L"), f"L{repeats:g} is not a whole number of calls")

@@ -357,12 +357,9 @@ class _Interpreter(Run):
         self._line(put(state.sim, sim), put(state.machine, given), rotary)
 
     def _straight(self) -> None:
-        block = self.block
-        if (
-            not (block.axes or block.rotary or block.polar)
-            and self.state.motion == 10
-            and self.feed_is_missing()
-        ):
+        block, state = self.block, self.state
+        idle = not state.feed or (state.feed_mode == 950 and state.rpm == 0.0 and not self.settings.family)
+        if state.motion == 10 and idle and not (block.axes or block.rotary or block.polar):
             return  # G1 alone only chooses the mode; F may follow with the first axis word
         self._line(*self.target(), self.rotary_target())
 

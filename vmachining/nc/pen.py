@@ -76,9 +76,8 @@ class Pen(Placing):
         radius = self.radius() / self.frame.scale
         if radius < 0.0:
             side, radius = -side, -radius
-        self.compensation = Compensation(
-            side, radius, self.plane, "next", self.miter, not self.miter, short_entry=True
-        )
+        corner = self.miter, not self.miter
+        self.compensation = Compensation(side, radius, self.plane, "next", *corner, short_entry=True)
 
     def radius(self) -> float:
         """Of the tool in the spindle, with its allowance.
@@ -142,11 +141,11 @@ class Pen(Placing):
         self.tcp = on
 
     @contextmanager
-    def feeding(self, feed: float | None, mode: str = "min") -> Iterator[None]:
-        """Within, another feed is in force; None: the same."""
+    def feeding(self, feed: float | None) -> Iterator[None]:
+        """Within, another feed in mm/min is in force; None: the same."""
         kept = self.feed, self.feed_mode
         if feed is not None:
-            self.feed, self.feed_mode = feed, mode
+            self.feed, self.feed_mode = feed, "min"
         try:
             yield
         finally:
@@ -184,9 +183,8 @@ class Pen(Placing):
         if shift is None and values:
             text = f"{word}: the job does not say where the part lies on the machine: these axes go to home"
             self.note("W366", text, word, once="machine")
-        self._straight(
-            self.frame.invert(swung(UP, axis, slides)), set(values), rapid=rapid, rotary=None, vector=None
-        )
+        end = self.frame.invert(swung(UP, axis, slides))
+        self._straight(end, set(values), rapid=rapid, rotary=None, vector=None)
 
     def _straight(
         self,
@@ -198,10 +196,8 @@ class Pen(Placing):
         vector: Point | None,
     ) -> None:
         moved = dict(rotary or {})
-        if (
-            moved and not named and rapid and vector is None
-        ):  # told with the next motion, which knows the plane
-            self.flush()
+        if moved and not named and rapid and vector is None:
+            self.flush()  # it is told with the next motion, which knows the plane
             self.rotary.update(moved)
             self._turn_tcp = self.tcp
             return
@@ -213,9 +209,7 @@ class Pen(Placing):
                 self.at = end
                 self.rotary.update(moved)
                 return
-        feed = (
-            None if rapid else self.feed_for(math.dist(self.at, end) * (self.frame.scale or 1.0), bool(moved))
-        )
+        feed = None if rapid else self.feed_for(math.dist(self.at, end) * (self.frame.scale or 1.0))
         move = self._move(Motion.RAPID if rapid else Motion.LINEAR, end, feed)
         if vector is not None:
             move = move._replace(axis_end=vector)
@@ -282,7 +276,7 @@ class Pen(Placing):
             self.note("W358", "the program ends with cutter compensation on")
             self.compensate(0)
 
-    def feed_for(self, length: float, turning: bool = False) -> float:
+    def feed_for(self, length: float) -> float:
         """mm/min along a path of this length.
 
         Raises PenError: E301
@@ -311,10 +305,8 @@ class Pen(Placing):
     def set_corner(self, kind: str, size: float, feed: float | None = None, *, soft: bool = False) -> None:
         """A rounding ("round") or chamfer ("chamfer") at the end of the last segment; soft : see `Corner`."""
         if self.held is None or size <= 0.0:
-            raise PenError(
-                "E109",
-                "no corner to round: a rounding lies between two motions of the plane and has a size above zero",
-            )
+            what = "no corner to round: a rounding lies between two motions of the plane and has a size above zero"
+            raise PenError("E109", what)
         self.corner = Corner(kind, size, feed, soft)
 
     def heading(self) -> Pair | None:
@@ -337,12 +329,9 @@ class Pen(Placing):
             approach, self.approach = self.approach, None
             approach(tangents(segment(move, self.plane))[0])
             move = move._replace(start=self.at)
-        if (
-            self.corner is not None
-            and self.corner.soft
-            and not (planar and move.motion is not Motion.RAPID and self.held and self._is_planar(self.held))
-        ):
-            self.corner = None
+        if self.corner is not None and self.corner.soft:
+            cuts = planar and move.motion is not Motion.RAPID
+            self.corner = self.corner if cuts and self.held and self._is_planar(self.held) else None
         if self.corner is not None:
             if not planar:
                 raise PenError("E109", "a rounding or chamfer must lie between two motions of the plane")
@@ -399,9 +388,7 @@ class Pen(Placing):
         step = self.compensation.accept(ours)
         self.compensation = step.after
         for done in step.moves:
-            if (
-                ours is not move and done.line == ours.line
-            ):  # the arc about the corner before it: it has no contour
+            if ours is not move and done.line == ours.line:  # the arc about its corner has no contour
                 done = done._replace(feed_mm_min=move.feed_mm_min)
             self._out(done)
         for code, text in step.warnings:

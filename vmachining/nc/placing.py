@@ -164,16 +164,8 @@ class Placing:
         move = self._move(Motion.RAPID, self.at, None)
         self.in_joints, self.axis, self.last = True, UP, place
         angles = dict(self.rotary)
-        self._add(
-            move,
-            place,
-            place,
-            None,
-            rotary_start=start,
-            rotary_deg=angles,
-            rotary_program=angles,
-            tcp=self.tcp,
-        )
+        turn = {"rotary_start": start, "rotary_deg": angles, "rotary_program": angles}
+        self._add(move, place, place, None, **turn, tcp=self.tcp)
         self.turned = angles
 
     def _tip(self, point: Point, axis: Point) -> Point:

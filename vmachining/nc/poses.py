@@ -67,9 +67,7 @@ def read_poses(text: str, settings: Settings) -> Reading:
     A wrong row is left out: the tool goes from the row before to the row behind it.
     """
     found: list[Finding] = []
-    lines = [
-        (k, line) for k, line in enumerate(split_lines(text), 1) if line.strip() and line.strip()[0] != "#"
-    ]
+    lines = [(k, line) for k, line in enumerate(split_lines(text), 1) if line.strip()[:1] not in ("", "#")]
     if not lines:
         return Reading([], [finding("E109", 1, None, "the table is empty")], False)
     try:
@@ -161,9 +159,8 @@ def _row(
         if axis == (0.0, 0.0, 0.0):
             raise _RowError("E363", "the tool axis has no length")
         if off > AXIS_TOLERANCE:
-            found.append(
-                finding("W363", line, None, f"the tool axis has length {off + 1.0:.6g}, it is normalised")
-            )
+            what = f"the tool axis has length {off + 1.0:.6g}, it is normalised"
+            found.append(finding("W363", line, None, what))
     names = [name for name in ANGLES if name in values]
     if names:
         rotary = {name[0]: values[name] for name in names}

@@ -97,13 +97,9 @@ def quick_move(state: State, words: Groups, line: int, n: int | None, arcs: bool
         plane = state.plane
         centre = {"I": i, "J": j, "K": k}
         first, second = (centre[letter] for letter in plane.words)
-        if (
-            turning
-            or not arcs
-            or state.absolute_center
-            or centre[plane.wrong] is not None
-            or first is second is None
-        ):
+        if turning or not arcs or state.absolute_center:
+            return None
+        if centre[plane.wrong] is not None or first is second is None:
             return None
         u, v = plane.first, plane.second
         begin = start[u] - back[u], start[v] - back[v]
@@ -262,9 +258,8 @@ class Repeated:
             begin, end = move.start[:2], move.end[:2]
             if (
                 move.motion not in _PLAIN
-                or begin not in (old, new)
-                or end not in (old, new)
                 or move.rotary_start != move.rotary_deg
+                or not {begin, end} <= {old, new}
             ):
                 return
             heights = move.start[2], move.end[2], move.end_machine[2], move.end_program[2]
@@ -349,8 +344,8 @@ class Templates:
                 if value is not None and not -MAX_VALUE <= value <= MAX_VALUE:
                     return None
             for target, value in writes:
-                if not -math.inf < value < math.inf or (
-                    target.__class__ is not str and not 0 < target < self.limit
+                if not (
+                    -math.inf < value < math.inf and (isinstance(target, str) or 0 < target < self.limit)
                 ):
                     return None
         except (_LongWayError, NoValueError, OverflowError, KeyError, ValueError):

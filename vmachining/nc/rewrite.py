@@ -13,7 +13,7 @@
    and everything that does not run once in the order of the file (`rewrite_words.py`): `Rewritten.untouched`. Not cut, and
    given their smallest feed: `Rewritten.unsplit`.
 6. In tables of poses cells of feeds change, in cutter location files FEDRAT records are added, in Heidenhain and Sinumerik
-   programs F words; no motion is cut (`rewrite_records.py`, `rewrite_words.py`).
+   programs F words; no motion is cut (`rewrite_words.py`).
 
 An F word that stands in one block with G20 or G21 is in the units before the block, as `read_program` has it.
 """
@@ -33,8 +33,13 @@ from vmachining.errors import FeedError, NCError
 from vmachining.nc.dialects import is_g_code
 from vmachining.nc.lexer import MAX_LINE, LexedLine, Word, lex_line
 from vmachining.nc.rewrite_pieces import LineEdit, Modes, Pieces, move_path, number_text, split_block
-from vmachining.nc.rewrite_records import rewrite_apt_feeds, rewrite_pose_feeds
-from vmachining.nc.rewrite_words import LANGUAGES, find_regions, rewrite_word_feeds
+from vmachining.nc.rewrite_words import (
+    LANGUAGES,
+    find_regions,
+    rewrite_apt_feeds,
+    rewrite_pose_feeds,
+    rewrite_word_feeds,
+)
 from vmachining.nc.run import SLOWEST_MM_MIN
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -111,12 +116,10 @@ def _by_line(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten:
         made = rewrite_pose_feeds(lines, feeds)
     else:
         changed = {line: feed for line, feed in feeds.items() if feed != was.get(line)}
-        words = program.dialect in LANGUAGES
-        made = (
-            rewrite_word_feeds(program.dialect, lines, program.moves, changed)
-            if words
-            else rewrite_apt_feeds(lines, changed)
-        )
+        if program.dialect in LANGUAGES:
+            made = rewrite_word_feeds(program.dialect, lines, program.moves, changed)
+        else:
+            made = rewrite_apt_feeds(lines, changed)
     source = made.source_line or tuple(range(1, len(lines) + 1))
     return Rewritten(mark + "".join(made.lines).encode(codec), source, unsplit, made.untouched)
 
@@ -292,11 +295,8 @@ class _Rewriter:
         moves = [self.program.moves[k] for k in self.runs[edit.line]]
         cutting = self._cutting(edit.line)
         inverse = self.modes.feed == 93
-        if (
-            len(cutting) != len(moves)
-            or _taps(cutting)
-            or any(w.letter == "G" and w.value == 53.0 for w in lexed.words)
-        ):
+        machine = any(w.letter == "G" and w.value == 53.0 for w in lexed.words)
+        if len(cutting) != len(moves) or _taps(cutting) or machine:
             return None
         if inverse and (len(moves) > 1 or feed_word is None):
             return None

@@ -127,20 +127,12 @@ class Run:
 
     # ---- how fast ----
 
-    def feed_is_missing(self) -> bool:
-        """Whether a feed move would be refused."""
-        state = self.state
-        return not state.feed or (state.feed_mode == 950 and state.rpm == 0.0 and not self.settings.family)
-
     def feed(self, length: float) -> float:
         """Feed in mm/min along a path of this length."""
         state = self.state
         if not state.feed:
-            what = (
-                "inverse time (G93) needs F in every feed block"
-                if state.feed_mode == 930
-                else "a feed move without feed"
-            )
+            inverse = state.feed_mode == 930
+            what = "inverse time (G93) needs F in every feed block" if inverse else "a feed move without feed"
             raise self.fail("E301", self.block.word("F") or self.block.culprit(), what)
         if state.feed_mode == 930:
             feed = max(state.feed * length, SLOWEST_MM_MIN)
@@ -205,23 +197,10 @@ class Run:
         state = self.state
         if len(self.moves) >= MAX_MOVES:
             raise self.fail("E413", self.block.culprit(), f"over {MAX_MOVES} motions in one block")
-        move = Move(
-            self.line,
-            self.n,
-            motion,
-            state.sim,
-            sim,
-            state.plane.name,
-            center,
-            turns,
-            feed,
-            state.tool,
-            state.rpm,
-            dwell_s,
-            machine,
-            state.seen(subtract(machine, state.to_machine)),
-            coolant=state.coolant,
-        )
+        tool = state.tool, state.rpm, dwell_s
+        ends = machine, state.seen(subtract(machine, state.to_machine))
+        way = motion, state.sim, sim, state.plane.name, center, turns, feed
+        move = Move(self.line, self.n, *way, *tool, *ends, coolant=state.coolant)
         if state.rotation != 0.0:
             move = move._replace(rotation_deg=state.rotation)
         if state.tip is not None:
@@ -242,15 +221,10 @@ class Run:
         state, held = self.state, self.state.held
         word = self.block.word(kind) if kind else self.block.culprit()
         a, b = state.plane.first, state.plane.second
-        flat = (
-            move.center is None
-            and math.hypot(move.end[a] - move.start[a], move.end[b] - move.start[b]) <= JOINED_MM
-        )
-        if (
-            flat
-            or move.motion in (Motion.DWELL, Motion.RAPID)
-            or (held is not None and held.plane != move.plane)
-        ):
+        reach = math.hypot(move.end[a] - move.start[a], move.end[b] - move.start[b])
+        leaves = held is not None and held.plane != move.plane
+        flat = move.center is None and reach <= JOINED_MM
+        if flat or leaves or move.motion in (Motion.DWELL, Motion.RAPID):
             what = "a corner (,R or ,C) stands between two feed motions of the plane"
             raise self.fail("E109", word, what, "program its next motion, or remove the word")
         if held is not None:
@@ -279,12 +253,8 @@ class Run:
         try:
             step = state.compensation.accept(move)
         except CompensationError as exc:
-            what = ""
-            if (
-                self.settings.family
-                and not self.settings.control.compensation
-                and exc.code in ("E353", "E355")
-            ):
+            what, asked = "", self.settings.family and not self.settings.control.compensation
+            if asked and exc.code in ("E353", "E355"):
                 what = 'where the program is the path of the tool centre, say compensation = "wear"'
             raise self.fail(exc.code, self.block.culprit(), str(exc), what) from None
         state.compensation = step.after

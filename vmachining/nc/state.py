@@ -218,9 +218,8 @@ class State:
         self.carried = None
         if self.plan is not None:
             zero = self.to_sim
-            self.carried = self.plan._replace(
-                origin=add(zero, subtract(self.plan.origin, self.plan.vector(zero)))
-            )
+            origin = add(zero, subtract(self.plan.origin, self.plan.vector(zero)))
+            self.carried = self.plan._replace(origin=origin)
         self.sim = here if self.carried is None else self.carried.invert(here)
         self.machine = add(self.sim, self.lag)
 
@@ -362,9 +361,9 @@ class Memory:
         if base == 5211:
             return state.rotary_g92.get(axis, 0.0) if axis else state.g92[place]
         code = WORK_OFFSETS[(base - 5221) // 20]
-        return (
-            state.rotary_work.get(code, {}).get(axis, 0.0) if axis else state.offsets.get(code, ORIGIN)[place]
-        )
+        if axis:
+            return state.rotary_work.get(code, {}).get(axis, 0.0)
+        return state.offsets.get(code, ORIGIN)[place]
 
     def resolve(self, target: Name, value: Expression) -> tuple[str | int, float]:
         """Target and value of an assignment, before anything is written.

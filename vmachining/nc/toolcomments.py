@@ -9,13 +9,27 @@
 A comment belongs to the tool that it names, else to the T word of its line, else to the next tool change within
 three lines. Nothing is invented: what no comment says is None. Numbers are in the unit of the program unless a unit
 follows them; fractions are inches (1/4 DRILL).
+
+What they say of the stock:
+
+    (STOCK/BLOCK,100,50,10,0,0,10)                        CutViewer, MeshCAM: sizes, then the zero seen from the lowest corner
+    (stockMin:0mm, 0mm, -10mm) (stockMax:100mm, ...)      Carbide Create
+    ( Material Size) ( X= 300, Y= 200, Z= 12)             Vectric, with Z Origin for Material, XY Origin for Material
+    INSERT/Stock Size X85. Y38. Z48.   (STOCK SIZE - X85. Y38. Z48.)
+    (Material Thickness: 3/4") (Material length: 7" X width: 5")
+
+A size without a place is laid where the zero of a part usually is (`placed`). Numbers without a unit are in that of the program.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
+from operator import lt
 from typing import Any, Final, NamedTuple
+
+from vmachining.nc.model import Point
 
 INCH: Final = 25.4
 HEADER: Final = 60
@@ -155,12 +169,7 @@ class ToolNote(NamedTuple):
 
 
 def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> dict[int, ToolNote]:
-    """What comments say of the tools `numbers`.
-
-    Parameters
-    ----------
-    scale : mm per unit of the program.
-    """
+    """What comments say of the tools `numbers`. scale : mm per unit of the program."""
     named, nearby, after = dict[int, ToolNote](), dict[int, ToolNote](), list[tuple[int, int, str]]()
     waiting: list[tuple[int, str]] = []
     last, change = 0, 0
@@ -208,8 +217,6 @@ def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> di
 def cutter_notes(lines: Sequence[str], scale: float) -> dict[int, ToolNote]:
     """Cutters of a cutter location file: CUTTER/d,r,e,f,alpha,beta,h or TLDATA of the tool that is loaded next to it.
 
-    Parameters
-    ----------
     scale : mm per unit of the file.
     """
     found: dict[int, ToolNote] = {}
@@ -264,9 +271,7 @@ def _cutter(line: int, word: str, text: str, values: str, scale: float) -> ToolN
         kind = "taper" if name == "MILL" and given[3] and not given[4] else None
         angle = given[3] if kind else None
     long = scale * (given[6] if word == "CUTTER" else given[2])
-    held = max(
-        corner, diameter / 2.0 if kind == "drill" else 0.0
-    )  # a length shorter than the tip is not taken
+    held = max(corner, diameter / 2.0 if kind == "drill" else 0.0)  # no length is shorter than the tip
     return ToolNote(line, text, kind, diameter, None if kind == "drill" else corner, angle,
                     length_mm=long if long > held else None)  # fmt: skip
 
@@ -306,9 +311,8 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
         sizes = [float(part) for part in hit[2].split(",")[1:]] + [0.0] * 4
         name, width = hit[1].lower(), round(scale * sizes[0], 9)
         if name == "mill":
-            return ToolNote(
-                line, text, "taper" if sizes[3] else "flat", width, scale * sizes[1], sizes[3] or None
-            )
+            shape = "taper" if sizes[3] else "flat"
+            return ToolNote(line, text, shape, width, scale * sizes[1], sizes[3] or None)
         return ToolNote(line, text, name, width, None, sizes[1] / (1.0 if name == "drill" else 2.0) or None)
     said, text = text, _COMMA.sub(".", text)
     kind = next((name for name, words in _KINDS if words.search(text)), None)
@@ -337,9 +341,8 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
     size = float(angle[1]) if angle else tip
     whole = size is not None and (WHOLE <= size < 180.0 or _WHOLE.search(text) is not None)
     size = size / 2.0 if size is not None and kind == "chamfer" and whole else size
-    return ToolNote(
-        line, said, kind, diameter, corner, size, int(flutes[1]) or None if flutes else None, guess=guess
-    )
+    teeth = int(flutes[1]) or None if flutes else None
+    return ToolNote(line, said, kind, diameter, corner, size, teeth, guess=guess)
 
 
 def _tip(kind: str | None, text: str) -> float | None:
@@ -360,9 +363,8 @@ def _beside(kind: str | None, text: str, scale: float) -> tuple[float, str] | No
     if found is None or size is None:
         return None
     angle = kind in ("drill", "chamfer") and value_of(found[1]) in ANGLES
-    counts = found[1].isdigit() and (
-        scale != 1.0 or size < LEAST_MM
-    )  # in inches sizes are fractions or decimals
+    # in inches sizes are fractions or decimals
+    counts = found[1].isdigit() and (scale != 1.0 or size < LEAST_MM)
     if (angle or counts) and not found[2]:
         return None
     return (size, found[0].strip()) if 0.0 < size <= MOST_MM else None
@@ -381,6 +383,116 @@ def _first(patterns: Sequence[re.Pattern[str]], text: str, scale: float) -> floa
 def value_of(text: str) -> float:
     """`1.5`, `3/4`, `1 1/2`, `1-1/2`."""
     parts = [part.partition("/") for part in text.replace("-", " ").split()]
-    return sum(
-        float(top) / float(bottom) if bottom and float(bottom) else float(top) for top, _, bottom in parts
-    )
+    return sum(float(top) / (float(bottom or 1.0) or 1.0) for top, _, bottom in parts)
+
+
+HEAD: Final = 400
+"""Lines that are searched."""
+
+_SIGNED: Final = r"(-?(?:\d+\.?\d*|\.\d+)(?![\d.]))"
+_TRIPLE: Final = rf"[ =:]*{_SIGNED}(MM|IN|INCH)?"
+_BLOCK: Final = re.compile(r"STOCK/BLOCK((?:[ ]*,[ ]*-?(?:\d+\.?\d*|\.\d+)(?![\d.])){3,6})")
+_BOUND: Final = re.compile(
+    rf"STOCK[ _]?(MIN|MAX)\b[ :=]*{_SIGNED}(MM|IN)?[, ]+{_SIGNED}(?:MM|IN)?[, ]+{_SIGNED}"
+)
+_AXES: Final = re.compile(rf"\bX{_TRIPLE}[ ,;]*\bY{_TRIPLE}[ ,;]*\bZ{_TRIPLE}")
+_SIZE: Final = re.compile(r"(?:STOCK|MATERIAL|BLANK|WORKPIECE|ROHTEIL)[ _-]*(?:SIZE|DIMENSIONS?)")
+_SIDES: Final = {
+    side: re.compile(rf"\b(?:MATERIAL|STOCK)?[ ]*{side}[ :=]+{NUMBER}[ ]*(MM\b|INCH\b|IN\b|\")?")
+    for side in ("LENGTH", "WIDTH", "THICKNESS")
+}
+_DATUM: Final = re.compile(r"\b(XY|Z)[ ]+ORIGIN\b(?![ ]*POSITION)[^=:]*[=:](.*)")
+
+_ENDS: Final = (
+    (("LEFT",), ("RIGHT",)),
+    (("BOTTOM", "LOWER", "FRONT"), ("TOP", "UPPER", "BACK", "REAR")),
+    (("BED", "BOTTOM", "TABLE", "BASE", "SPOIL"), ("SURFACE", "TOP")),
+)
+"""Words for a zero at the low and at the high end of X, Y and Z."""
+
+_NUMBERED: Final = re.compile(r"\d")
+
+
+class StockNote(NamedTuple):
+    """line : 1-based, of the first comment; text : that comment. low, high : corners, mm. size : mm, without a place.
+
+    datum : where the zero lies, in the words of the comments, for X and Y, and for Z.
+    """
+
+    line: int
+    text: str
+    low: Point | None = None
+    high: Point | None = None
+    size: Point | None = None
+    datum: tuple[str, str] = ("", "")
+
+
+def stock_note(lines: Sequence[str], scale: float) -> StockNote | None:
+    """What the comments say, None where that is nothing. scale : mm per unit of the program."""
+    found = [
+        (line, text.upper())
+        for line, raw in enumerate(lines[:HEAD], 1)
+        for text in ([raw[7:]] if raw.upper().startswith("INSERT/") else comments(raw))
+    ]
+    bounds: dict[str, tuple[int, str, Point]] = {}
+    sides: dict[str, float] = {}
+    size: StockNote | None = None
+    datum = {"XY": "", "Z": ""}
+    for (_, before), (line, text) in pairwise([(0, ""), *found]):
+        if (hit := _BLOCK.search(text)) is not None:
+            v = [scale * float(part) for part in hit[1].split(",")[1:]]
+            if len(v) == 6 and min(v[:3]) > 0.0:
+                low = -v[3], -v[4], -v[5]
+                return StockNote(line, text, low, (low[0] + v[0], low[1] + v[1], low[2] + v[2]))
+            size = StockNote(line, text, size=(v[0], v[1], v[2]))
+        elif (hit := _BOUND.search(text)) is not None:
+            bounds[hit[1]] = line, text, _point((hit[2], hit[4], hit[5]), hit[3], scale)
+        elif (hit := _DATUM.search(text)) is not None:
+            datum[hit[1]] = datum[hit[1]] or hit[2].strip()
+        elif (hit := _AXES.search(text)) is not None and (_SIZE.search(text) or _SIZE.search(before)):
+            size = size or StockNote(line, text, size=_point((hit[1], hit[3], hit[5]), hit[2], scale))
+        elif "MATERIAL" in text or "STOCK" in text:
+            for side, pattern in _SIDES.items():
+                if (hit := pattern.search(text)) is not None:
+                    sides[side] = value_of(hit[1]) * _unit(hit[2], scale)
+            if len(sides) == 3 and size is None:
+                size = StockNote(line, text, size=(sides["LENGTH"], sides["WIDTH"], sides["THICKNESS"]))
+    if len(bounds) == 2:
+        (line, text, low), (_, _, high) = bounds["MIN"], bounds["MAX"]
+        return StockNote(line, text, low, high) if all(map(lt, low, high)) else None
+    if size is None or size.size is None or min(size.size) <= 0.0:
+        return None
+    return size._replace(datum=(datum["XY"], datum["Z"]))
+
+
+def placed(note: StockNote, low: Sequence[float], high: Sequence[float]) -> tuple[Point, Point, bool]:
+    """Corners of a stock, mm, and whether the comments place it; else it lies at the zero where it holds most of the motion.
+
+    low, high : extent of the feed motions, mm.
+    """
+    if note.low is not None and note.high is not None:
+        return note.low, note.high, True
+    assert note.size is not None
+    plane, level = note.datum
+    corners: list[float] = []
+    sure = True
+    for axis, side in enumerate(note.size):
+        words = level if axis == 2 else plane
+        low_words, high_words = _ENDS[axis]
+        places = ((0.0, low_words), (-side / 2.0, ("CENT", "MIDDLE")), (-side, high_words))
+        ways = [at for at, names in places if any(name in words for name in names)]
+        if len(ways) != 1 or _NUMBERED.search(words):
+            sure = False
+            ways = [-side, 0.0] if axis == 2 else [0.0, -side / 2.0, -side]
+        corners.append(max(ways, key=lambda at: min(at + side, high[axis]) - max(at, low[axis])))
+    x, y, z = corners
+    return (x, y, z), (x + note.size[0], y + note.size[1], z + note.size[2]), sure
+
+
+def _unit(named: str | None, scale: float) -> float:
+    return scale if not named else 1.0 if named.startswith("MM") else INCH
+
+
+def _point(texts: Sequence[str], unit: str | None, scale: float) -> Point:
+    x, y, z = (_unit(unit, scale) * float(text) for text in texts)
+    return x, y, z

@@ -67,22 +67,13 @@ def read_tool_library(path: Path, scale: float = 1.0) -> dict[int, ToolNote]:
     except ValueError as exc:
         raise ToolError(f"the tool library is damaged: {exc}", file=str(path)) from exc
     if kind in (".tbl", ".toml"):
-        entries = [
-            e
-            for e in read_tool_table(path, "inch" if scale == INCH else "mm").values()
-            if e.diameter_mm > 0.0
-        ]
-        said = [
-            f"(T{hit[1]} {hit[2]})"
-            for hit in _TBL.finditer(path.read_text(encoding="utf-8", errors="replace"))
-        ]
+        table = read_tool_table(path, "inch" if scale == INCH else "mm")
+        entries = [e for e in table.values() if e.diameter_mm > 0.0]
+        text = path.read_text(encoding="utf-8", errors="replace")
+        said = [f"(T{hit[1]} {hit[2]})" for hit in _TBL.finditer(text)]
         named = tool_notes(said, [e.number for e in entries], scale) if kind == ".tbl" else {}
-        return {
-            e.number: named.get(e.number, ToolNote(0, ""))._replace(
-                line=0, text=path.name, diameter_mm=e.diameter_mm
-            )
-            for e in entries
-        }
+        notes = ((e, named.get(e.number, ToolNote(0, ""))) for e in entries)
+        return {e.number: n._replace(line=0, text=path.name, diameter_mm=e.diameter_mm) for e, n in notes}
     what = f"a tool library '{kind}' is not known"
     raise ToolError(what, file=str(path), remedy="tools, json, fctl, fctb, tbl, t, csv")
 

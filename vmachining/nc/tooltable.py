@@ -45,9 +45,8 @@ def read_tool_table(path: Path | str, units: str = "mm") -> dict[int, ToolEntry]
     text = read_bytes(path, "tool table", ToolError).decode("utf-8", errors="replace")
     if "\0" in text:
         raise ToolError("the tool table is a binary file", file=str(path))
-    entries = (
-        _from_toml(text, str(path)) if path.suffix.lower() == ".toml" else _from_tbl(text, str(path), units)
-    )
+    toml = path.suffix.lower() == ".toml"
+    entries = _from_toml(text, str(path)) if toml else _from_tbl(text, str(path), units)
     table: dict[int, ToolEntry] = {}
     for line, entry in entries:
         if entry.number in table:
@@ -63,12 +62,8 @@ def _from_tbl(text: str, name: str, units: str) -> list[tuple[int | None, ToolEn
         if not content:
             continue
         if _WORD.sub("", content).strip():
-            raise ToolError(
-                "not a tool: words like T3 P3 Z0.5 D0.25 are expected",
-                file=name,
-                line=line,
-                word=content[:40],
-            )
+            what = "not a tool: words like T3 P3 Z0.5 D0.25 are expected"
+            raise ToolError(what, file=name, line=line, word=content[:40])
         words = {letter.upper(): float(value) for letter, value in _WORD.findall(content)}
         number = words.get("T")
         if number is None or number < 0 or number != math.floor(number):
@@ -98,7 +93,6 @@ def _from_toml(text: str, name: str) -> list[tuple[int | None, ToolEntry]]:
                 raise ToolError(f"tool {number}: {key} must be a number", file=name, word=str(value))
             sizes.append(float(value))
         teeth = row.get("flutes", 0)
-        out.append(
-            (None, ToolEntry(number, sizes[0], sizes[1], flutes=teeth if isinstance(teeth, int) else 0))
-        )
+        teeth = teeth if isinstance(teeth, int) else 0
+        out.append((None, ToolEntry(number, sizes[0], sizes[1], flutes=teeth)))
     return out

@@ -92,11 +92,9 @@ class Contour:
         """CC: centre of circles and pole; CC alone is where the tool stands."""
         pen = self.pen
         given, _ = self.target(words)
-        plane = (
-            self.plane
-            if self.plane is not None and len(given) == 1 and not set(given) - self._axes(self.plane)
-            else None
-        )
+        plane = self.plane
+        if plane is not None and (len(given) != 1 or set(given) - self._axes(plane)):
+            plane = None
         if set(given) - self._axes(plane or pen.plane):
             plane = next(
                 (p for p in PLANES.values() if len(given) == 2 and set(given) == self._axes(p)), None
@@ -105,11 +103,9 @@ class Contour:
                 what = "a circle centre outside the working plane"
                 raise PenError("E361", what, "CC", "post the arc as short lines")
         now = plane or pen.plane
-        old = (
-            self.pole
-            if given and self.pole is not None and plane is self.plane
-            else (pen.at[now.first], pen.at[now.second])
-        )
+        old = pen.at[now.first], pen.at[now.second]
+        if given and self.pole is not None and plane is self.plane:
+            old = self.pole
         self.plane = plane
         self.pole = given.get(now.first, old[0]), given.get(now.second, old[1])
 
@@ -140,10 +136,6 @@ class Contour:
         """L."""
         given, rotary = self.target(words)
         self.pen.go(given, rapid=rapid, rotary=rotary or None)
-
-    def line_polar(self, words: list[Word], *, rapid: bool) -> None:
-        """LP."""
-        self.pen.go(dict(enumerate(self.polar(words))), rapid=rapid)
 
     def vector(self, words: list[Word], *, rapid: bool) -> None:
         """LN: TX TY TZ is the tool axis; NX NY NZ only matters to allowances of the tool."""
@@ -203,10 +195,11 @@ class Contour:
         turns = 1
         if step is not None:
             swept = step if ccw else -step
-            if swept < 0.0 and -swept in (180.0, 360.0):
-                swept = (
-                    -swept
-                )  # both readings of unlike signs lead here: to the same place in the sense of DR
+            if -swept in (
+                180.0,
+                360.0,
+            ):  # both readings of unlike signs lead to the same place in the sense of DR
+                swept = -swept
             if swept <= 0.0:
                 raise PenError("E309", f"CP: IPA{step:+g} against DR{self.control.direction}", "CP")
             turns = max(1, math.ceil(swept / 360.0 - 1e-9))

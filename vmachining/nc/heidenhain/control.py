@@ -79,7 +79,7 @@ class Control(Definitions):
         elif kind == "L":
             contour.line(given, rapid=rapid)
         elif kind == "LP":
-            contour.line_polar(given, rapid=rapid)
+            pen.go(dict(enumerate(contour.polar(given))), rapid=rapid)
         elif kind == "LN":
             contour.vector(given, rapid=rapid)
         elif kind == "APPR":
@@ -149,7 +149,7 @@ class Control(Definitions):
         later: list[Callable[[], None]] = []
         for word in sorted(
             given, key=lambda word: word.key == "COMP"
-        ):  # a radius that is missing takes no feed along
+        ):  # a missing radius takes no feed along
             key, value = word.key, word.value
             if key == "FMAX":
                 self.rapid = True
@@ -225,9 +225,7 @@ class Control(Definitions):
             pen.feed, pen.feed_mode = None, self.feed_kind
         elif code in REFUSED_M:
             raise PenError("E208", REFUSED_M[code], word.text)
-        elif code in (145,):
-            pass
-        else:
+        elif code != 145:
             what = "" if code in NOTED_M else " (taken as one of the machine's builder)"
             if code == 103 and any(w.key == "M103 F" for w in given):
                 pen.note("W372", "M103 lowers the feed of plunging moves: they keep the full feed here",

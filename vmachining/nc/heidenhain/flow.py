@@ -91,11 +91,7 @@ class Parameters:
 
     def _unknown_in(self, text: str) -> str | None:
         """Why a term has no value here, None where it has one."""
-        return (
-            next((why for q in _NAMES.findall(text) if (why := self.unknown.get(_plain(q)))), None)
-            if self.unknown
-            else None
-        )
+        return next((why for q in _NAMES.findall(text) if (why := self.unknown.get(_plain(q)))), None)
 
     def number(self, text: str) -> float:
         """`+10.5`, `Q5`, `-Q5`."""

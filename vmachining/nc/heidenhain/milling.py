@@ -132,14 +132,8 @@ def _arcs(job: _Cycle) -> None:
     cut, v = job.cut("down"), job.values
     for k in range(int(count)):
         first = v["Q376"] + k * v.get("Q378", 0.0)
-        slot = ArcSlot(
-            job.length("Q216"),
-            job.length("Q217"),
-            job.length("Q375") / 2.0,
-            job.length("Q219") / 2.0,
-            first,
-            v["Q248"],
-        )
+        x, y, across, width = map(job.length, ("Q216", "Q217", "Q375", "Q219"))
+        slot = ArcSlot(x, y, across / 2.0, width / 2.0, first, v["Q248"])
         mill(job.pen, slot, cut._replace(back=cut.back if k + 1 == count else cut.safe), "cycle 254")
 
 

@@ -180,7 +180,7 @@ def conversational(lines: Sequence[str]) -> list[Block]:
         text = re.sub(r"\*?[ ]*$", "", text) if text.endswith("*") else text
         if held and not re.match(
             r"Q\d{3,4}[ ]*=", text
-        ):  # a cycle whose values stand on their own lines is complete
+        ):  # the cycle whose values stand on their own lines is complete
             out += [Block(begin, None, block, held) for block in _translate(held, state)]
             held = ""
         elif held:

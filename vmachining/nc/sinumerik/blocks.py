@@ -35,11 +35,8 @@ class Control(Modes):
         out: dict[int, float] = {}
         rotary: dict[str, float] = {}
         for word in found:
-            if (
-                word.kind not in ("word", "set")
-                or word.name not in (*AXES, *ROTARY)
-                or word.name in self.variables
-            ):
+            own = word.name in (*AXES, *ROTARY) and word.name not in self.variables
+            if not own or word.kind not in ("word", "set"):
                 continue
             text, how = word.value, ""
             if (hit := _VALUE.fullmatch(text)) is not None:
@@ -116,11 +113,8 @@ class Control(Modes):
             return
         if self.work == 500.0 and target:
             if self.first_work is not None:
-                raise PenError(
-                    "E368",
-                    f"motions under G500 after G{self.first_work:g}: the position of its zero is not given",
-                    "G500",
-                )
+                what = f"motions under G500 after G{self.first_work:g}: the position of its zero is not given"
+                raise PenError("E368", what, "G500")
             self.basic_moved = True
         if self.on_face and rotary:
             raise PenError("E208", "a rotary word under TRANSMIT", "TRANSMIT", "end it by TRAFOOF before")
@@ -132,7 +126,7 @@ class Control(Modes):
         if "CIP" in keys or "CT" in keys:
             self._special(keys, found, target)
         elif motion in (0.0, 1.0):
-            self._straight(found, target, rotary, vector, rapid=motion == 0.0)
+            self._straight(target, rotary, vector, rapid=motion == 0.0)
         elif motion in (33.0, 331.0, 332.0):
             self._thread(found, target)
         else:
@@ -144,22 +138,11 @@ class Control(Modes):
             self._modal()
 
     def _straight(
-        self,
-        found: list[Word],
-        target: dict[int, float],
-        rotary: dict[str, float],
-        vector: Point | None,
-        *,
-        rapid: bool,
+        self, target: dict[int, float], rotary: dict[str, float], vector: Point | None, *, rapid: bool
     ) -> None:
         pen = self.pen
-        if (
-            self.great_circle
-            and rotary
-            and pen.tcp
-            and not rapid
-            and rotary != {k: pen.rotary.get(k) for k in rotary}
-        ):
+        turns = rotary != {k: pen.rotary.get(k) for k in rotary}
+        if self.great_circle and pen.tcp and turns and not rapid:
             raise PenError("E208", "rotary words with ORIVECT", "ORIVECT", "post it with ORIAXES")
         pen.go(target, rapid=rapid, rotary=rotary or None, vector=vector)
 
@@ -228,9 +211,8 @@ class Control(Modes):
         target[other] = pen.at[other] + step * way[other] / way[one]
 
     def _circular(self, found: list[Word]) -> bool:
-        return self.motion in (2.0, 3.0) and any(
-            w.name in ("I", "J", "K", "CR", "AR", "AP", "RP") for w in found
-        )
+        centred = any(w.name in ("I", "J", "K", "CR", "AR", "AP", "RP") for w in found)
+        return centred and self.motion in (2.0, 3.0)
 
     def _arc(self, found: list[Word], target: dict[int, float], *, ccw: bool) -> None:
         pen = self.pen
@@ -308,14 +290,12 @@ class Control(Modes):
         for axis in (a, b):
             value = self._get(found, names[axis])
             step = any(w.name == names[axis] and w.value.startswith("IC") for w in found) or not self.absolute
-            middle.append(
-                pen.at[axis] if value is None else value * pen.scale + (pen.at[axis] if step else 0.0)
-            )
+            base = pen.at[axis] if step or value is None else 0.0
+            middle.append(base + (value or 0.0) * pen.scale)
         normal = pen.plane.normal
         off = self._get(found, names[normal])
-        if (off is not None and abs(off * pen.scale - pen.at[normal]) > 1e-9) or end[normal] != pen.at[
-            normal
-        ]:
+        aside = 0.0 if off is None else abs(off * pen.scale - pen.at[normal])
+        if aside > 1e-9 or end[normal] != pen.at[normal]:
             raise PenError("E361", "CIP out of the working plane is not supported", "CIP")
         p, q = (middle[0], middle[1]), finish
         ax, ay, bx, by = p[0] - start[0], p[1] - start[1], q[0] - start[0], q[1] - start[1]

@@ -20,6 +20,7 @@ _OPENS: Final = {"IF": "ENDIF", "WHILE": "ENDWHILE", "FOR": "ENDFOR", "LOOP": "E
 
 _NAME: Final = re.compile(r"\$?[A-Z_][A-Z0-9_$]*")
 _READABLE: Final = ("$P_TOOLNO", "$P_GWPS", "$P_TOOLR", "$TC_DP6", "$P_EP", "$AA_IW", "$AA_IM", "$P_GP")
+_PARAMETER: Final = re.compile(r"\b(?:REAL|INT|BOOL|CHAR|STRING\[\d+\]|STRING|AXIS)[ ]+([A-Z_]\w*)")
 _IDLE: Final = frozenset(
     {"$P_SEARCH", "$P_SEARCHL", "$P_SEARCH1", "$P_SIM", "$P_ISTEST", "$P_DRYRUN", "$P_TEST"}
 )
@@ -92,9 +93,8 @@ class Flow(Execution):
             return evaluate(text, self.value)
         except FormulaError as exc:
             why = self._unknown_in(text)
-            raise PenError(
-                "E108", f"{why}: only the machine knows it" if why else str(exc), word or text[:30]
-            ) from None
+            what = f"{why}: only the machine knows it" if why else str(exc)
+            raise PenError("E108", what, word or text[:30]) from None
 
     def _unknown_in(self, text: str) -> str:
         """What in an expression only the machine knows, "" where that is nothing."""
@@ -114,11 +114,7 @@ class Flow(Execution):
         store, key = self.variables, name
         if (hit := re.fullmatch(r"R(?:(\d{1,5})|\[(.+)\])", name)) is not None:
             store, key = self.r, f"R{int(hit[1] or self.number(hit[2])) % 100000}"
-        elif (
-            name not in self.variables
-            and name not in self.unknown
-            and name.partition("[")[0] not in self.arrays
-        ):
+        elif name not in {*self.variables, *self.unknown} and name.partition("[")[0] not in self.arrays:
             return False
         if text.startswith('"'):
             store[key] = 0.0
@@ -285,9 +281,8 @@ class Flow(Execution):
         found = re.fullmatch(r"\((.+)\)[ ]*OF\b(.*?)(?:\bDEFAULT[ ]+(GOTO.+))?", rest)
         branches = [] if found is None else re.findall(r"([+-]?[\w.]+)[ ]+(GOTO[FBC]?[ ]+\w+)", found[2])
         if found is None or not branches:
-            raise self.lost(
-                PenError("E411", "CASE needs the form CASE(value) OF constant GOTOF LABEL ...", "CASE")
-            )
+            what = "CASE needs the form CASE(value) OF constant GOTOF LABEL ..."
+            raise self.lost(PenError("E411", what, "CASE"))
         try:
             value = self.number(found[1])
             goal = next((jump for constant, jump in branches if self.number(constant) == value), found[3])
@@ -306,9 +301,7 @@ class Flow(Execution):
         number = re.fullmatch(r"N?[ ]*(\d+)", name)
         here = self.at - 1
         found = [
-            k
-            for k, block in enumerate(self.blocks)
-            if (block.n == int(number[1]) if number else block.label == name)
+            k for k, b in enumerate(self.blocks) if (b.n == int(number[1]) if number else b.label == name)
         ]
         if backwards:
             found = [k for k in found if k <= here][::-1]
@@ -336,12 +329,8 @@ class Flow(Execution):
             self.pairs, self.loops, self.variables = _pair(blocks), {}, {}
             found = next((b for b in blocks[:20] if b.text.startswith("PROC ")), None)
             if found is not None:
-                names = re.findall(
-                    r"\b(?:REAL|INT|BOOL|CHAR|STRING\[\d+\]|STRING|AXIS)[ ]+([A-Z_]\w*)", found.text
-                )
-                self.variables.update(
-                    {name: values[k] if k < len(values) else 0.0 for k, name in enumerate(names)}
-                )
+                names = _PARAMETER.findall(found.text)
+                self.variables.update(zip(names, [*values, *[0.0] * len(names)], strict=False))
 
     @staticmethod
     def _plain(name: str) -> str:

@@ -63,12 +63,8 @@ def _at(values: Values, place: int) -> float | None:
 def one_depth(name: str, reference: float, absolute: float | None, relative: float | None) -> None:
     """Raises PenError: E333 where DP and DPR disagree, of which controls take the second and say so."""
     if absolute is not None and relative and abs(abs(absolute - reference) - abs(relative)) > 1e-3:
-        raise PenError(
-            "E333",
-            f"{name}: DP {absolute:g} and DPR {relative:g} are two depths",
-            name,
-            "leave one of them out",
-        )
+        what = f"{name}: DP {absolute:g} and DPR {relative:g} are two depths"
+        raise PenError("E333", what, name, "leave one of them out")
 
 
 def drill(pen: Pen, number: int, values: Values) -> None:
@@ -177,10 +173,8 @@ def points(name: str, values: Values) -> list[tuple[float, float]]:
     if name == "HOLES1":
         x, y, angle, first, step, count = v[:6]
         a = math.radians(angle)
-        return [
-            (x + d * math.cos(a), y + d * math.sin(a))
-            for d in (first + i * step for i in range(_count(count)))
-        ]
+        reaches = [first + i * step for i in range(_count(count))]
+        return [(x + d * math.cos(a), y + d * math.sin(a)) for d in reaches]
     if name == "HOLES2":
         x, y, radius, start, step, count = v[:6]
         n = _count(count)
@@ -245,11 +239,8 @@ class _Values:
         self.new = name in ("POCKET3", "POCKET4", "CYCLE61") and len(given) >= len(names)
         self.mode = self.given.get("AMODE", 0.0) if self.new else 0.0
         plane = _digit(self.given.get("DMODE", 0.0), 0)
-        if (
-            _digit(self.mode, 0) > 1
-            or _digit(self.given.get("GMODE", 0.0), 3) > 1
-            or (plane and PLANES.get(160 + 10 * plane) is not pen.plane)
-        ):
+        other = plane and PLANES.get(160 + 10 * plane) is not pen.plane
+        if other or _digit(self.mode, 0) > 1 or _digit(self.given.get("GMODE", 0.0), 3) > 1:
             digits = "/".join(f"{self.given.get(key, 0.0):g}" for key in ("GMODE", "DMODE", "AMODE"))
             raise PenError("E208", f"{name} from a corner, in another plane or with its own depth (GMODE/DMODE/AMODE {digits})",
                            name, "give it by its centre, in the plane that is on")  # fmt: skip
@@ -337,15 +328,10 @@ def milled(pen: Pen, name: str, given: Sequence[float | None]) -> None:
         if cut.outside:
             if _digit(v["VARI"], 1):
                 raise refused(f"CYCLE76 with VARI {v['VARI']:g}", name)
-            cut = cut._replace(
-                blank=stud_blank((along, across), abs(v["CRAD"]), (abs(v["AP1"]) / 2.0, abs(v["AP2"]) / 2.0))
-            )
-        mill(
-            pen,
-            Rounded(v["PA"], v["PO"], along, across, min(abs(v["CRAD"]), along, across), v["STA"]),
-            cut,
-            name,
-        )
+            blank = abs(v["AP1"]) / 2.0, abs(v["AP2"]) / 2.0
+            cut = cut._replace(blank=stud_blank((along, across), abs(v["CRAD"]), blank))
+        corner = min(abs(v["CRAD"]), along, across)
+        mill(pen, Rounded(v["PA"], v["PO"], along, across, corner, v["STA"]), cut, name)
 
 
 def _arcs(v: _Values) -> None:

@@ -14,26 +14,10 @@ from vmachining.nc.model import PenError, misread, refused
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik import cycles
+from vmachining.nc.sinumerik import text as known
 from vmachining.nc.sinumerik.cycles import BUILT, milled
 from vmachining.nc.sinumerik.places import PASSES, Turning
-from vmachining.nc.sinumerik.text import (
-    AXES,
-    EDGE_FEEDS,
-    FEED_SET,
-    GNOTED,
-    KNOWN,
-    NOT_A_VARIABLE,
-    NOTED,
-    NOTED_CALLS,
-    NOTED_SET,
-    ORIENTED,
-    REFUSED,
-    ROTARY,
-    USED,
-    Word,
-    arguments,
-    words,
-)
+from vmachining.nc.sinumerik.text import Word, arguments, words
 
 _TRANSFORM: Final = re.compile(r"\b(A?(?:TRANS|ROT|SCALE|MIRROR))\b(?![ ]*[=(\[])[ ]*(.*)")
 
@@ -118,7 +102,7 @@ class Modes(Turning):
         if left:
             raise misread(left[:30])
         gs = [self.number(w.value, w.text) for w in found if w.kind == "word" and w.name == "G"]
-        self._g_modes(gs, found)
+        self._g_modes(gs)
         after = self._settings(found)
         own = next((self.number(w.value, w.text) for w in found if w.name == "FB" and w.kind == "set"), None)
         kept = self.pen.feed
@@ -133,7 +117,7 @@ class Modes(Turning):
         for act in after:
             act()
 
-    def _g_modes(self, gs: list[float], found: list[Word]) -> None:
+    def _g_modes(self, gs: list[float]) -> None:
         pen = self.pen
         self.set_surface(gs)
         for code in gs:
@@ -165,12 +149,12 @@ class Modes(Turning):
                 self._work_offset(code)
             elif code == 500.0:
                 self.work = 500.0
-            elif code in GNOTED:
+            elif code in known.GNOTED:
                 pen.accept(f"G{code:g}", f"G{code:g}", f"G{code:g}")
             elif code == 291.0:
                 raise self.lost(PenError("E208", "G291: from here on the program is in the language of Fanuc's controls", "G291",
                                          'give that part as a separate program: dialect = "fanuc"'))  # fmt: skip
-            elif code not in KNOWN:
+            elif code not in known.KNOWN:
                 hint = "settable offsets are G54 to G57 and G505 to G599" if 501.0 <= code <= 504.0 else ""
                 raise refused(f"G{code:g}", f"G{code:g}", hint)
 
@@ -179,7 +163,7 @@ class Modes(Turning):
         pen = self.pen
         after: list[Callable[[], None]] = []
         codes = {self.number(w.value) for w in found if w.name == "G" and w.kind == "word"}
-        dwells, placed = 4.0 in codes, any(w.name in (*AXES, *ROTARY, "G") for w in found)
+        dwells, placed = 4.0 in codes, any(w.name in (*known.AXES, *known.ROTARY, "G") for w in found)
         for place, word in enumerate(found):
             name, value = word.name, word.value
             if word.kind == "key":
@@ -230,33 +214,35 @@ class Modes(Turning):
                 times = next((self.number(w.value) for w in found if w.kind == "word" and w.name == "P"), 1.0)
                 pen.flush()
                 after.append(partial(self.call, word.text.replace(" ", ""), (), int(times)))
+            elif self._is_known(word):
+                if name in ("X1", "Y1", "Z1") and not codes & {74.0, 75.0}:
+                    raise PenError("E207", f"{word.text[:30]} is not used here", word.text)
             elif (
                 word.kind == "set"
+                and name not in known.NOT_A_VARIABLE
                 and _OF_MACHINE.fullmatch(name)
-                and name not in NOT_A_VARIABLE
-                and not self._is_known(word)
-                and not placed  # then it is an address
+                and not placed
             ):
                 what = f"{name} is not defined here: taken as a variable of the machine, which moves nothing"
                 pen.note("I408", what, word.text, once=name)
                 self.variables[name] = 0.0
                 self.assign(name, value)
-            elif not self._is_known(word) or (name in ("X1", "Y1", "Z1") and not codes & {74.0, 75.0}):
+            else:  # with a place it would be an address
                 raise PenError("E207", f"{word.text[:30]} is not used here", word.text)
         return after
 
     def _is_known(self, word: Word) -> bool:
         name = word.name
-        if name in USED or (word.kind == "word" and name in "GMPHE"):
+        if name in known.USED or (word.kind == "word" and name in "GMPHE"):
             if name in "HE":
                 self.pen.accept(f"{name}", word.text, name)
             return True
         base = name.split("[", 1)[0]
-        if base in FEED_SET:
+        if base in known.FEED_SET:
             what = f"{base}= changes or limits feeds: the feeds here ignore it"
             self.pen.note("W376", what, word.text, once=base)
             return True
-        if base in NOTED_SET:
+        if base in known.NOTED_SET:
             self.pen.accept(f"{base}=", word.text, base)
             return True
         return False
@@ -304,19 +290,19 @@ class Modes(Turning):
             self._tcp(False)
         elif name == "TRANSMIT" and self.lathe:
             self.transmit(True)
-        elif name in ORIENTED:
+        elif name in known.ORIENTED:
             self.great_circle = name == "ORIVECT" or (self.great_circle and name != "ORIAXES")
             self.by_axes = name in ("ORIAXES", "ORIMKS") or (self.by_axes and name != "ORIVECT")
             pen.note("I408", f"{name}: accepted", name, once=name)
         elif name == "CYCLE800":
             self._cycle800([])
-        elif name in EDGE_FEEDS:
+        elif name in known.EDGE_FEEDS:
             pen.flush()
-            pen.edge_feed = EDGE_FEEDS[name]
-        elif name in NOTED or name in NOTED_CALLS:
+            pen.edge_feed = known.EDGE_FEEDS[name]
+        elif name in known.NOTED or name in known.NOTED_CALLS:
             pen.accept(f"{name}", name, name)
-        elif name in REFUSED:
-            raise refused(f"{REFUSED[name]}: {name}", name)
+        elif name in known.REFUSED:
+            raise refused(f"{known.REFUSED[name]}: {name}", name)
         elif name in cycles.PATTERNS or re.fullmatch(r"CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE", name):
             raise PenError("E208", f"{name} without its values", name)
         else:
@@ -347,11 +333,11 @@ class Modes(Turning):
             after.append(lambda: self._pattern(name, given))
         elif number is not None and int(number[1]) in cycles.CYCLES:
             after.append(lambda: self._cycle(name, word.value))
-        elif name in NOTED_CALLS or re.fullmatch(r"M\d+", name):
+        elif name in known.NOTED_CALLS or re.fullmatch(r"M\d+", name):
             if name == "WORKPIECE":
                 self._workpiece(given)
             pen.accept(f"{name}", name, name)
-        elif name in REFUSED or number is not None or _MILLS.fullmatch(name):
+        elif name in known.REFUSED or number is not None or _MILLS.fullmatch(name):
             raise _refused(name)
         else:
             pen.flush()

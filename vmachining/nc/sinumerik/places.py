@@ -122,11 +122,8 @@ class Places(Flow):
         if code == self.work:
             return
         if self.basic_moved:
-            raise PenError(
-                "E368",
-                f"G{code:g} after motions under G500: the distance between them is not given",
-                f"G{code:g}",
-            )
+            what = f"G{code:g} after motions under G500: the distance between them is not given"
+            raise PenError("E368", what, f"G{code:g}")
         index = {54.0: 1, 55.0: 2, 56.0: 3, 57.0: 4}.get(code, int(code) - 500)
         own = self.zeros.get(index)
         if own is not None and (self.first_work is None or self.home_zero is not None):
@@ -299,9 +296,6 @@ class Turning(Places):
         else:
             pen.at = math.hypot(x, y), 0.0, z
             pen.rotary["c"] = math.degrees(math.atan2(y, x))
-        pen.turned, pen.last, pen.in_joints = (
-            dict(pen.rotary),
-            pen.frame.apply(pen.at),
-            any(pen.rotary.values()),
-        )
+        pen.turned, pen.last = dict(pen.rotary), pen.frame.apply(pen.at)
+        pen.in_joints = any(pen.rotary.values())
         self.on_face = on
