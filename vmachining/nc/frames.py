@@ -134,12 +134,8 @@ class Frame(NamedTuple):
 
     def then(self, inner: Frame) -> Frame:
         """The frame of something programmed in `inner`, which itself lies in this one."""
-        return Frame(
-            matmul(self.matrix, inner.matrix),
-            self.apply(inner.origin),
-            self.scale * inner.scale,
-            self.flip != inner.flip,
-        )
+        rows, origin = matmul(self.matrix, inner.matrix), self.apply(inner.origin)
+        return Frame(rows, origin, self.scale * inner.scale, self.flip != inner.flip)
 
     def shifted(self, by: Point) -> Frame:
         """Shifted along its own axes."""

@@ -23,7 +23,7 @@ INCH: Final = 25.4
 _FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}
 """Groups that must not change while cutter compensation is on."""
 
-_COOLANT: Final = {7: "mist", 8: "flood"}
+_COOLANT: Final = {7: "mist", 8: "flood", 9: ""}
 _SIGNALS: Final = {62: "P", 63: "P", 64: "P", 65: "P", 66: "", 67: "E", 68: "E"}
 """Words without which a code that sets an output or reads an input says nothing."""
 
@@ -97,9 +97,7 @@ class _Interpreter(Run):
             self._modes(*block.m[12])
         if 8 in block.m:
             old, code = state.coolant, block.m[8][0]
-            state.coolant = (
-                "" if code == 9 else "mist and flood" if old and old != _COOLANT[code] else _COOLANT[code]
-            )
+            state.coolant = _COOLANT[code] if code == 9 or old in ("", _COOLANT[code]) else "mist and flood"
         if 11 in block.m:
             state.tcp = block.m[11][0] in (128, 428)
             state.tcp_length = False
@@ -252,10 +250,9 @@ class _Interpreter(Run):
             if chosen is None:
                 raise self.fail("E351", word, f"{spell('G', code)} needs D, the diameter of the tool")
             if block.value("L"):
-                what = (
-                    f"L of {spell('G', code)} is the orientation of a lathe tool: {block.words['L'][1].text}"
-                )
-                raise self.fail("E209", block.word("L"), what, "remove the word")
+                like = block.words["L"][1]
+                what = f"L of {spell('G', code)} is the orientation of a lathe tool: {like.text}"
+                raise self.fail("E209", like, what, "remove the word")
             return chosen * state.scale
         number = offsets.tool_number(self, "D", chosen or 0.0) or state.tool
         entry = state.table.get(number)
@@ -311,11 +308,8 @@ class _Interpreter(Run):
                 return
         places = block.axes or block.rotary or block.polar
         claimed = code in (100, 280, 290, 300, 520, 920) or block.has_g(431)
-        active = (
-            block.motion not in (None, 800)
-            or bool(places)
-            or (bool(block.centre) and state.motion in (20, 30))
-        )
+        arc = bool(block.centre) and state.motion in (20, 30)
+        active = block.motion not in (None, 800) or bool(places) or arc
         if code == 530:
             self._machine_move(word, active)
         elif not claimed and active and state.motion is not None:
@@ -346,12 +340,10 @@ class _Interpreter(Run):
             self.warn("W366", word, NO_PLACE)
             if 2 in given:
                 given[2] = self.settings.home[2] + state.start_offset[2]
-        if state.carried is not None:
-            self._line(
-                *offsets.slides(self, {k: v - state.start_offset[k] for k, v in given.items()}), rotary
-            )
-            return
         sim = {axis: value - state.start_offset[axis] for axis, value in given.items()}
+        if state.carried is not None:
+            self._line(*offsets.slides(self, sim), rotary)
+            return
         for letter in block.rotary:
             rotary[letter.lower()] = block.words[letter][0]
         self._line(put(state.sim, sim), put(state.machine, given), rotary)
@@ -384,9 +376,9 @@ class _Interpreter(Run):
         turns = self._turns()
         try:
             center = self._center(start, end, ccw)
-            difference = (
-                check_center(start, end, center, state.scale != 1.0) if block.value("R") is None else 0.0
-            )
+            difference = 0.0
+            if block.value("R") is None:
+                difference = check_center(start, end, center, state.scale != 1.0)
         except ArcError as exc:
             raise self.fail(exc.code, word, str(exc)) from None
         rise = finish[plane.normal] - begin[plane.normal]
@@ -444,10 +436,8 @@ class _Interpreter(Run):
         control = self.settings.control
         if control.modal_centres:
             given = [state.centre.get(k) if v is None else v for k, v in zip(plane.words, given, strict=True)]
-            state.centre = {
-                **state.centre,
-                **{k: v for k, v in zip(plane.words, given, strict=True) if v is not None},
-            }
+            named = {k: v for k, v in zip(plane.words, given, strict=True) if v is not None}
+            state.centre = {**state.centre, **named}
         if given == [None, None]:
             raise ArcError("E302", "neither R nor a centre word")
         absolute = control.arc_centres == "absolute"

@@ -136,9 +136,8 @@ def lex_line(text: str) -> LexedLine:
     if len(text) > MAX_LINE:
         excess = text[MAX_LINE : MAX_LINE + 40]
         message = f"the line has {len(text)} characters, at most {MAX_LINE} are read"
-        return LexedLine(
-            text, errors=(LexError("E105", MAX_LINE + 1, len(text) - MAX_LINE, excess, message),)
-        )
+        error = LexError("E105", MAX_LINE + 1, len(text) - MAX_LINE, excess, message)
+        return LexedLine(text, errors=(error,))
     if text.strip(" \t") == "%":
         return LexedLine(text, percent=True)
     return _Scanner(text).scan()
@@ -261,11 +260,9 @@ class _Scanner:
             return self._corner(at, found)
         found = _ILLEGAL.match(text, at)
         end = max(at + 1, at + len(found[0].rstrip(" \t")) if found else 0)
-        what = (
-            "'[' may only stand where a number is expected"
-            if char == "["
-            else f"character {char!r} cannot stand here"
-        )
+        what = f"character {char!r} cannot stand here"
+        if char == "[":
+            what = "'[' may only stand where a number is expected"
         self._error("E101", at, end, what)
         return end
 

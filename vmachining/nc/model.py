@@ -157,11 +157,8 @@ class Program:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the size of the program, and its first findings."""
-        facts = [
-            ("dialect", self.dialect),
-            ("motions", str(len(self.moves))),
-            ("findings", str(len(self.findings))),
-        ]
+        counts = str(len(self.moves)), str(len(self.findings))
+        facts = [("dialect", self.dialect), ("motions", counts[0]), ("findings", counts[1])]
         rows = [(f.code, f.line, f.message) for f in self.findings[:SHOWN]]
         found = table_html(("code", "line", "message"), rows) if rows else ""
         return facts_html(f"Program {self.name}", facts) + found

@@ -52,9 +52,8 @@ def offset_line(start: Pair, end: Pair, shift: float) -> Curve:
     length = math.dist(start, end)
     t = (end[0] - start[0]) / length, (end[1] - start[1]) / length
     aside = -shift * t[1], shift * t[0]
-    return Curve(
-        (start[0] + aside[0], start[1] + aside[1]), (end[0] + aside[0], end[1] + aside[1]), t, t, end
-    )
+    first, last = ((p[0] + aside[0], p[1] + aside[1]) for p in (start, end))
+    return Curve(first, last, t, t, end)
 
 
 def offset_arc(start: Pair, end: Pair, center: Pair, ccw: bool, turns: int, shift: float) -> Curve:
@@ -67,16 +66,14 @@ def offset_arc(start: Pair, end: Pair, center: Pair, ccw: bool, turns: int, shif
     if radius - toward <= FORWARD_MM:
         what = f"the arc radius {radius:.6g} mm is not greater than the tool radius {abs(shift):.6g} mm"
         raise CompensationError("E354", what)
-    ends = []
-    tangents = []
+    ends, tangents = [], []
     for point in (start, end):
         reach = math.dist(point, center) or radius
         out = (point[0] - center[0]) / reach, (point[1] - center[1]) / reach
         ends.append((point[0] - toward * out[0], point[1] - toward * out[1]))
         tangents.append((-out[1], out[0]) if ccw else (out[1], -out[0]))
-    return Curve(
-        ends[0], ends[1], tangents[0], tangents[1], end, center, ccw, _sweep(start, end, center, ccw, turns)
-    )
+    sweep = _sweep(start, end, center, ccw, turns)
+    return Curve(ends[0], ends[1], tangents[0], tangents[1], end, center, ccw, sweep)
 
 
 def _angle(point: Pair, center: Pair) -> float:
@@ -129,30 +126,23 @@ def meet(before: Curve, after: Curve) -> Pair | None:
     A crossing that makes both curves shorter comes before one that makes one of them longer. Where the radii at
     the ends of an arc differ, because its words are rounded, the one at its end counts, as in LinuxCNC.
     """
-    near = before.corner
-    if before.center is None and after.center is None:
-        found = _lines(before.end, before.last, after.start, after.first)
-    elif before.center is None:
-        assert after.center is not None
-        found = _line_circle(before.end, before.last, after.center, math.dist(after.end, after.center))
-    elif after.center is None:
-        found = _line_circle(after.start, after.first, before.center, math.dist(before.end, before.center))
+    one, two = before.center, after.center
+    r1, r2 = (math.dist(curve.end, curve.center or curve.end) for curve in (before, after))
+    if one is not None and two is not None:
+        found = _circles(one, r1, two, r2)
+    elif two is not None:
+        found = _line_circle(before.end, before.last, two, r2)
+    elif one is not None:
+        found = _line_circle(after.start, after.first, one, r1)
     else:
-        found = _circles(
-            before.center,
-            math.dist(before.end, before.center),
-            after.center,
-            math.dist(after.end, after.center),
-        )
-    return min(
-        found, key=lambda point: (not _shortens(before, after, point), math.dist(point, near)), default=None
-    )
+        found = _lines(before.end, before.last, after.start, after.first)
 
+    def rank(point: Pair) -> tuple[bool, float]:
+        past = _ahead(before, before.end, before.last, point)
+        shortens = past <= FORWARD_MM and _ahead(after, after.start, after.first, point) >= -FORWARD_MM
+        return not shortens, math.dist(point, before.corner)
 
-def _shortens(before: Curve, after: Curve, point: Pair) -> bool:
-    """Whether a common point lies before the end of one curve and after the start of the other."""
-    past = _ahead(before, before.end, before.last, point)
-    return past <= FORWARD_MM and _ahead(after, after.start, after.first, point) >= -FORWARD_MM
+    return min(found, key=rank, default=None)
 
 
 def _ahead(curve: Curve, origin: Pair, t: Pair, point: Pair) -> float:
@@ -237,11 +227,8 @@ def joined(
         feed_mm_min=feed or move.feed_mm_min or held.feed_mm_min,
     )  # fmt: skip
     level = held.end[plane.normal]
-    return (
-        _put(held, plane, end=first.end),
-        _put(between, plane, joint.start, joint.end, level),
-        _put(move, plane, rest.start),
-    )
+    middle = _put(between, plane, joint.start, joint.end, level)
+    return _put(held, plane, end=first.end), middle, _put(move, plane, rest.start)
 
 
 def _put(

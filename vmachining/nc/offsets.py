@@ -118,15 +118,9 @@ def _write_tool(run: Run, kind: int, word: Word | None) -> None:
     given, before = _given(run), (old.x_mm, old.y_mm, old.length_mm)
     x, y, z = put(before, given) if kind == 1 else _measured(run, kind, before, given)
     radius = block.value("R")
-    state.table = {
-        **state.table,
-        number: old._replace(
-            x_mm=x,
-            y_mm=y,
-            length_mm=z,
-            diameter_mm=old.diameter_mm if radius is None else 2.0 * radius * state.scale,
-        ),
-    }
+    width = old.diameter_mm if radius is None else 2.0 * radius * state.scale
+    entry = old._replace(x_mm=x, y_mm=y, length_mm=z, diameter_mm=width)
+    state.table = {**state.table, number: entry}
 
 
 def _measured(run: Run, kind: int, before: Point, given: dict[int, float]) -> Point:

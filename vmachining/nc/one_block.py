@@ -118,9 +118,8 @@ class OneBlock:
         if again and (begin, first) in self.roughed:
             return self.roughed[begin, first]
         stop = next((k for k in range(at + 1, len(lines)) if heads(lines[k])), len(lines))
-        read = [
-            k for k in range(begin, stop) if not (self.settings.block_delete and lines[k].lstrip()[:1] == "/")
-        ]
+        skips = self.settings.block_delete
+        read = [k for k in range(begin, stop) if not (skips and lines[k].lstrip()[:1] == "/")]
         named = [k for k in read if numbered(lines[k]) == first]
         start = next((k for k in named if k > at), named[0] if named else stop)
         for k in read:
@@ -192,9 +191,8 @@ class OneBlock:
         return GiveUpError("E413", behind, f"over {len(self.moves) - 1} motions: is there an end?")
 
     def _too_many(self, behind: int) -> GiveUpError:
-        what = (
-            f"{self.errors} errors so far: the {len(self.lines) - behind} lines from here on are not examined"
-        )
+        rest = len(self.lines) - behind
+        what = f"{self.errors} errors so far: the {rest} lines from here on are not examined"
         return GiveUpError("E408", behind, what)
 
     def _block(self, number: int, text: str, called: int | None, *, fresh: bool = False) -> None:
@@ -209,19 +207,13 @@ class OneBlock:
             return
         n = block_number(lexed)
         lathe = self.translator if isinstance(self.translator, Lathe) else None
-        if (
-            n is not None
-            and self.flow is None
-            and not (lathe and lathe.inside)
-            and "." not in lexed.words[0].text
-        ):
+        counted = self.flow is None and not (lathe and lathe.inside)
+        if counted and n is not None and "." not in lexed.words[0].text:
             self._check_number(number, n, lexed.words[0])
         problems: list[Problem] = []
         if lexed.errors:
-            for error in lexed.errors:
-                self._record(
-                    error.code, number, error.col, error.length, n, error.text[:60], error.message, error.hint
-                )
+            for e in lexed.errors:
+                self._record(e.code, number, e.col, e.length, n, e.text[:60], e.message, e.hint)
             return
         self.memory.line = number
         try_state = self.state.clone()
@@ -244,20 +236,17 @@ class OneBlock:
                 if not problems:
                     problems += self._ahead(ahead, try_state, called or number, n, moves, warnings)
         if not problems:
-            mts = self.settings.dialect == "mts"
+            mts, rotary = self.settings.dialect == "mts", self.settings.rotary
             groups = MTS_G_GROUP if mts else G_GROUP if self.translator is None else FANUC_G_GROUP
-            block = build_block(
-                lexed, values, try_state.motion, rotary=self.settings.rotary, mts=mts, groups=groups
-            )
+            block = build_block(lexed, values, try_state.motion, rotary=rotary, mts=mts, groups=groups)
             problems = block.problems
             if problems and self.translator is not None:
                 problems = self.translator.forgive(block)
             if not problems and 10 in block.m:
-                problem = (
-                    self.flow.check(block, number - 1)
-                    if self.flow is not None
-                    else Problem("E412", block.m[10][1], "M98 and M99 are plain numbers, nothing computed")
-                )
+                what = "M98 and M99 are plain numbers, nothing computed"
+                problem: Problem | None = Problem("E412", block.m[10][1], what)
+                if self.flow is not None:
+                    problem = self.flow.check(block, number - 1)
                 problems = [problem] if problem is not None else []
             if not problems:
                 frame = try_state.carried
@@ -339,9 +328,8 @@ class OneBlock:
         """A block that the control executes before the one that is written: its moves are added; what is wrong."""
         motion, cycle = state.motion, state.cycle
         lexed = LexedLine("", tuple(w for w, _ in words))
-        block = build_block(
-            lexed, [v for _, v in words], motion, rotary=self.settings.rotary, groups=FANUC_G_GROUP
-        )
+        values, rotary = [v for _, v in words], self.settings.rotary
+        block = build_block(lexed, values, motion, rotary=rotary, groups=FANUC_G_GROUP)
         if not block.problems:
             try:
                 done, more = execute(block, state, line, n, self.settings)
@@ -366,11 +354,8 @@ class OneBlock:
         feed, speed = block.value("F"), block.value("S")
         kept.feed = feed * kept.scale if feed and feed > 0.0 and kept.feed_mode != 930 else kept.feed
         kept.speed = speed if speed and speed > 0.0 else kept.speed
-        if (
-            not any(block.has_g(code) for code in AXIS_CLAIMING)
-            and kept.motion not in CYCLES
-            and not block.polar
-        ):
+        claimed = block.polar or any(map(block.has_g, AXIS_CLAIMING))
+        if kept.motion not in CYCLES and not claimed:
             kept.sim, kept.machine = Run(block, kept, 0, None, self.settings).target()
         self.state = self.memory.state = kept
 

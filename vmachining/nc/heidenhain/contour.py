@@ -96,9 +96,7 @@ class Contour:
         if plane is not None and (len(given) != 1 or set(given) - self._axes(plane)):
             plane = None
         if set(given) - self._axes(plane or pen.plane):
-            plane = next(
-                (p for p in PLANES.values() if len(given) == 2 and set(given) == self._axes(p)), None
-            )
+            plane = next((p for p in PLANES.values() if set(given) == self._axes(p)), None)
             if plane is None:
                 what = "a circle centre outside the working plane"
                 raise PenError("E361", what, "CC", "post the arc as short lines")
@@ -195,10 +193,7 @@ class Contour:
         turns = 1
         if step is not None:
             swept = step if ccw else -step
-            if -swept in (
-                180.0,
-                360.0,
-            ):  # both readings of unlike signs lead to the same place in the sense of DR
+            if -swept in (180.0, 360.0):  # unlike signs lead to the same place in the sense of DR
                 swept = -swept
             if swept <= 0.0:
                 raise PenError("E309", f"CP: IPA{step:+g} against DR{self.control.direction}", "CP")

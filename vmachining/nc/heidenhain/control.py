@@ -46,16 +46,11 @@ class Control(Definitions):
     def _path(self, found: re.Match[str], rest: str) -> None:
         kind = found[3] or found[1]
         if (aside := _REMARK.search(rest)) is not None:
-            self.pen.note(
-                "I408",
-                "text in round brackets after a block is taken as a remark",
-                aside[0].strip()[:20],
-                once="aside",
-            )
+            what = "text in round brackets after a block is taken as a remark"
+            self.pen.note("I408", what, aside[0].strip()[:20], once="aside")
             rest = rest[: aside.start()]
-        given = self._read_words(
-            re.sub(r"^[ ]*(?=[\dQ.+-])", "R", rest) if kind in ("CHF", "RND") else rest.strip()
-        )
+        rest = re.sub(r"^[ ]*(?=[\dQ.+-])", "R", rest) if kind in ("CHF", "RND") else rest.strip()
+        given = self._read_words(rest)
         if kind == "CC":
             self.contour.set_pole(given)
             return
@@ -121,10 +116,9 @@ class Control(Definitions):
             raise PenError("E109", f"{kind} without a size", kind)
         held = self.pen.held  # without an F of its own the corner is cut as what stands before it
         before = held.feed_mm_min if held is not None else None
-        feed = next(
-            (self.q.number(w.value) * self.pen.scale for w in given if w.key == "F" and w.value), before
-        )
-        self.pen.set_corner("round" if kind == "RND" else "chamfer", size * self.pen.scale, feed)
+        k = self.pen.scale
+        feed = next((self.q.number(w.value) * k for w in given if w.key == "F" and w.value), before)
+        self.pen.set_corner("round" if kind == "RND" else "chamfer", size * k, feed)
 
     def _retract(self, given: list[Word]) -> None:
         """M140: along the tool axis by MB, or to the end of travel, which is home."""
@@ -147,9 +141,8 @@ class Control(Definitions):
         pen = self.pen
         self.rapid = False
         later: list[Callable[[], None]] = []
-        for word in sorted(
-            given, key=lambda word: word.key == "COMP"
-        ):  # a missing radius takes no feed along
+        # a radius that is missing takes no feed along
+        for word in sorted(given, key=lambda word: word.key == "COMP"):
             key, value = word.key, word.value
             if key == "FMAX":
                 self.rapid = True

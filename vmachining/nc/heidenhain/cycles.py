@@ -97,18 +97,15 @@ def _rows(x: float, y: float, steps: tuple[float, float], counts: tuple[int, int
         if m > 1:
             ring += [(0, j) for j in range(n - 2, 0, -1)]
         grid = ring
-    return [
-        Spot(x + i * dx * math.cos(a) - j * dy * math.sin(b), y + i * dx * math.sin(a) + j * dy * math.cos(b))
-        for i, j in grid
-    ]
+    ca, sa, cb, sb = math.cos(a), math.sin(a), math.cos(b), math.sin(b)
+    return [Spot(x + i * dx * ca - j * dy * sb, y + i * dx * sa + j * dy * cb) for i, j in grid]
 
 
 def points(number: int, values: Values) -> list[Spot]:
     """Points of cycle 220 (circle) or 221 (rows)."""
     if number == 220:
-        x, y, diameter, start, stop, step, count = need(
-            "cycle 220", values, "Q216", "Q217", "Q244", "Q245", "Q246", "Q247", "Q241"
-        )
+        names = ("Q216", "Q217", "Q244", "Q245", "Q246", "Q247", "Q241")
+        x, y, diameter, start, stop, step, count = need("cycle 220", values, *names)
         n = _count(count, "Q241")
         if step == 0.0:
             whole = abs(abs(stop - start) - 360.0) < 1e-9

@@ -204,9 +204,8 @@ class Parameters:
         elif kind == 60 and nr == 1:
             value = float(pen.tool)
         if value is None:
-            return self.lose(
-                found[1], f"what FN 18 read (ID{kind} NR{nr} IDX{idx}): only the machine knows it"
-            )
+            why = f"what FN 18 read (ID{kind} NR{nr} IDX{idx}): only the machine knows it"
+            return self.lose(found[1], why)
         self.set(found[1], value)
         return "done", ""
 

@@ -118,9 +118,8 @@ def _shape(job: _Cycle) -> tuple[Rounded, Cut]:
     if cut.outside:
         blank = job.length("Q424") / 2.0, job.length("Q425") / 2.0
         cut = cut._replace(blank=stud_blank((along, across), corner, blank))
-    return Rounded(
-        *job.from_tool(u * along, v * across, turn), along, across, min(corner, along, across), turn
-    ), cut
+    middle, corner = job.from_tool(u * along, v * across, turn), min(corner, along, across)
+    return Rounded(*middle, along, across, corner, turn), cut
 
 
 def _arcs(job: _Cycle) -> None:

@@ -178,9 +178,8 @@ def conversational(lines: Sequence[str]) -> list[Block]:
     for number, raw in enumerate(lines, 1):
         text = raw.split(";", 1)[0].upper().replace("\t", " ").strip()
         text = re.sub(r"\*?[ ]*$", "", text) if text.endswith("*") else text
-        if held and not re.match(
-            r"Q\d{3,4}[ ]*=", text
-        ):  # the cycle whose values stand on their own lines is complete
+        # the values of a cycle may stand on their own lines: with another line it is complete
+        if held and not re.match(r"Q\d{3,4}[ ]*=", text):
             out += [Block(begin, None, block, held) for block in _translate(held, state)]
             held = ""
         elif held:
@@ -241,9 +240,7 @@ def _function(number: int, target: str, rest: str) -> str:
 
 
 def _block(words: list[tuple[str, str]], state: _State) -> list[str]:
-    codes = [
-        int(float(value)) for letter, value in words if letter == "G" and value.replace(".", "", 1).isdigit()
-    ]
+    codes = [int(float(v)) for k, v in words if k == "G" and v.replace(".", "", 1).isdigit()]
     out: list[str] = []
     for code in codes:
         if code in (90, 91):
@@ -260,9 +257,8 @@ def _block(words: list[tuple[str, str]], state: _State) -> list[str]:
         mark = "I" if special == 31 and not state.absolute else ""
         return [f"BLK FORM 0.{special - 29}{' Z' if special == 30 else ''} {axes('XYZ', mark)}"]
     if special == 99:
-        return [
-            f"TOOL DEF {values.get('T', '0')} L{_signed(values.get('L', '0'))} R{_signed(values.get('R', '0'))}"
-        ]
+        length, radius = (_signed(values.get(letter, "0")) for letter in "LR")
+        return [f"TOOL DEF {values.get('T', '0')} L{length} R{radius}"]
     if special == 54:
         return ["CYCL DEF 7.0", *(f"CYCL DEF 7.{k} {step}{letter}{_signed(v)}" for k, (letter, v) in
                                   enumerate(((a, b) for a, b in words if a in "XYZABC"), 1))]  # fmt: skip
@@ -304,9 +300,8 @@ def _block(words: list[tuple[str, str]], state: _State) -> list[str]:
 
 def _motion(words: list[tuple[str, str]], codes: list[int], state: _State, step: str) -> list[str]:
     values = dict(words)
-    pole = " ".join(
-        f"{step}{'X' if k == 'I' else 'Y' if k == 'J' else 'Z'}{_signed(v)}" for k, v in words if k in "IJK"
-    )
+    axes = dict(zip("IJK", "XYZ", strict=True))
+    pole = " ".join(f"{step}{axes[k]}{_signed(v)}" for k, v in words if k in axes)
     out = [f"CC {pole}"] if pole else []
     tail = []
     comp = next((c for c in codes if c in (40, 41, 42)), None)
