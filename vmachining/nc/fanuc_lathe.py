@@ -41,11 +41,6 @@ FASTEST_RPM: Final = 3000.0
 """Where G96 has no limit: what lathes of middle size reach."""
 
 
-def _plain_hole(value: float) -> float:
-    """G83.5, G87.6 and the like peck in other ways to the same depth."""
-    return float(int(value)) if int(value) in (83, 84, 87, 88) else value
-
-
 class Lathe(Cycles):
     """What a lathe remembers beside the state of the core."""
 
@@ -87,7 +82,10 @@ class Lathe(Cycles):
     def _spelt(self, given: Words) -> Words:
         """Words of one meaning by one name: ,A is A; on Okuma G4 F is G4 X, and L of G75 and G76 a chamfer or a rounding."""
         given = [(w._replace(letter="A") if w.letter == ",A" else w, v) for w, v in given]
-        given = [(w, _plain_hole(v)) if w.letter == "G" else (w, v) for w, v in given]
+        # G83.5, G87.6 and the like peck in other ways to the same depth
+        given = [
+            (w, float(int(v)) if w.letter == "G" and int(v) in (83, 84, 87, 88) else v) for w, v in given
+        ]
         codes = {round(v * 10.0) for w, v in given if w.letter == "G"}
         has = {w.letter for w, _ in given}
         if self.variant == "okuma" and "L" in has and codes & {750, 760}:  # of any motion

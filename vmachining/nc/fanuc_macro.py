@@ -297,28 +297,24 @@ class MacroFlow:
         return self._line_of(index, int(value), stop)
 
     def _end_of(self, index: int, label: int, stop: int) -> int:
-        depth = 0
-        for k in range(index + 1, self._section(index, stop)[1]):
-            text = self.bare[k]
-            if (loop := _LOOP.search(text)) and int(loop[1]) == label:
-                depth += 1
-            if (end := _END.match(text, _after_head(text))) and int(end[1]) == label:
-                if depth == 0:
-                    return k
-                depth -= 1
-        raise NoValueError(f"DO {label} has no END {label}")
+        lines = range(index + 1, self._section(index, stop)[1])
+        return self._partner(lines, label, 1, f"DO {label} has no END {label}")
 
     def _begin_of(self, index: int, label: int) -> int:
+        lines = range(index - 1, self._section(index, len(self.bare))[0] - 1, -1)
+        return self._partner(lines, label, -1, f"END {label} has no DO {label}")
+
+    def _partner(self, lines: range, label: int, way: int, missing: str) -> int:
+        """The other end of a loop with this label, past those inside; way : 1 to its END, -1 to its DO."""
         depth = 0
-        for k in range(index - 1, self._section(index, len(self.bare))[0] - 1, -1):
+        for k in lines:
             text = self.bare[k]
-            if (end := _END.match(text, _after_head(text))) and int(end[1]) == label:
-                depth += 1
-            elif (loop := _LOOP.search(text)) and int(loop[1]) == label:
-                if depth == 0:
-                    return k
-                depth -= 1
-        raise NoValueError(f"END {label} has no DO {label}")
+            hits = _END.match(text, _after_head(text)), _LOOP.search(text)
+            ends, opens = (hit is not None and int(hit[1]) == label for hit in hits)
+            depth += opens - ends if way > 0 else 1 if ends else -opens
+            if depth < 0:
+                return k
+        raise NoValueError(missing)
 
     # ---- calls ----
 

@@ -33,12 +33,8 @@ EXTENDED: Final = 100000
 
 def is_switch(number: int) -> bool:
     """Whether setting it changes no path."""
-    return number in (3001, 3002, 3003, 3004, 3006) or 1100 <= number <= 1135 or is_register(number)
-
-
-def is_register(number: int) -> bool:
-    """Whether it is a length or a radius of a tool: once set, it holds what was set."""
-    return 10000 < number <= 13400 and 1 <= number % 1000 <= 400
+    register = 10000 < number <= 13400 and 1 <= number % 1000 <= 400  # of a tool: it holds what was set
+    return register or number in (3001, 3002, 3003, 3004, 3006) or 1100 <= number <= 1135
 
 
 def _offset(number: int) -> tuple[int, int] | None:

@@ -12,7 +12,7 @@ line (E411, E416) and steers nothing.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -88,7 +88,10 @@ def label_of(word: Word) -> str:
 def find_structure(lines: Sequence[str], first: int, stop: int) -> Structure | None:
     """The structure of lines first..stop-1; None where nothing steers."""
     text = "\n".join(lines[first:stop])
-    found = list(_steering_lines(text, first))
+    found, line, at = list[int](), first, 0
+    for hit in _STEERS.finditer(text):
+        line, at = line + text.count("\n", at, hit.start()), hit.start()
+        found.append(line)
     if not found and _M98.search(text) is None:
         return None
     structure = Structure()
@@ -118,14 +121,6 @@ def _unread(error: LexError) -> Problem:
     """What the lexer found, as a problem of its line."""
     word = Word("O", None, error.col, error.length, error.text[:60])
     return Problem(error.code, word, error.message, error.hint)
-
-
-def _steering_lines(text: str, first: int) -> Iterator[int]:
-    line, at = first, 0
-    for found in _STEERS.finditer(text):
-        line += text.count("\n", at, found.start())
-        at = found.start()
-        yield line
 
 
 def _pair(structure: Structure) -> None:

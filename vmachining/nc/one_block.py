@@ -18,7 +18,7 @@ from vmachining.nc.block import (
     block_number,
     build_block,
 )
-from vmachining.nc.expressions import Expression, NoValueError, evaluate, to_least
+from vmachining.nc.expressions import NoValueError, evaluate, to_least
 from vmachining.nc.fanuc import Translator
 from vmachining.nc.fanuc_lathe import Lathe
 from vmachining.nc.fanuc_lathe_cycles import Contour
@@ -400,7 +400,12 @@ def line_values(
         value = word.value
         try:
             if word.expression is not None:
-                value = evaluate(_in_word(word, word.expression, memory), memory)
+                node, rounds = word.expression, memory.family and word.letter in "XYZABCUVWIJKRQ"
+                if (
+                    rounds and "ROUND" in word.text.upper()
+                ):  # in an address to 0.001 mm or degrees, 0.0001 inch
+                    node = to_least(node, 1e3 if memory.state.scale == 1.0 or word.letter in "ABC" else 1e4)
+                value = evaluate(node, memory)
                 if abs(value) > MAX_VALUE:
                     raise NoValueError(f"{value:g} is out of range")
         except NoValueError as exc:
@@ -413,10 +418,3 @@ def line_values(
             place = Word("#", None, item.col, item.length, item.text)
             problems.append(Problem("E108", place, str(exc)))
     return values, writes
-
-
-def _in_word(word: Word, node: Expression, memory: Memory) -> Expression:
-    """ROUND in an address of the Fanuc family goes to 0.001 mm or degrees, 0.0001 inch."""
-    if not memory.family or word.letter not in "XYZABCUVWIJKRQ" or "ROUND" not in word.text.upper():
-        return node
-    return to_least(node, 1e3 if memory.state.scale == 1.0 or word.letter in "ABC" else 1e4)

@@ -153,31 +153,25 @@ def rewrite_pose_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, flo
     now: float | None = None
     header = True
     for k, (text, end) in enumerate(lines, 1):
-        row = text.strip()
-        if not row or row.startswith("#"):
-            out.append(text + end)
-            continue
         cells = text.split(",")
-        if header:
+        if text.strip()[:1] in ("", "#"):
+            pass
+        elif header:
             names = [cell.strip().lower() for cell in cells]
             column, width, header = (names.index(COLUMN) if COLUMN in names else -1), len(names), False
-            out.append(text + end)
-            continue
-        if column < 0 or '"' in text or len(cells) != width:
-            if k in feeds:
-                untouched.append(k)
-            out.append(text + end)
-            continue
-        cell = cells[column].strip()
-        was = cell or was
-        old = float(was) if was else None
-        want = feeds.get(k, old)
-        have = float(cell) if cell else (now if now is not None else old)
-        if want is not None and want != have:
-            number = number_text(want, 1) if k in feeds and want != old else (was or "")
-            cells[column] = cells[column].replace(cell, number, 1) if cell else cells[column] + number
-            text = ",".join(cells)
-        now = want
+        elif column < 0 or '"' in text or len(cells) != width:
+            untouched += [k] if k in feeds else []
+        else:
+            cell = cells[column].strip()
+            was = cell or was
+            old = float(was) if was else None
+            want = feeds.get(k, old)
+            have = float(cell) if cell else (now if now is not None else old)
+            if want is not None and want != have:
+                number = number_text(want, 1) if k in feeds and want != old else (was or "")
+                cells[column] = cells[column].replace(cell, number, 1) if cell else cells[column] + number
+                text = ",".join(cells)
+            now = want
         out.append(text + end)
     return Written(out, tuple(untouched))
 
@@ -444,14 +438,10 @@ def find_regions(lexed: Sequence[LexedLine], first: int, last: int) -> Regions:
                 gates.add(start + 1)
         if any(word.letter == "P" and word.value is None for word in line.words):
             closed.update(range(first, last + 1))  # a computed call may go anywhere
-    if any(_changes_modes(lexed[number - 1]) for number in closed):
+    codes = {word.value for number in closed for word in lexed[number - 1].words if word.letter == "G"}
+    if None in codes or not codes.isdisjoint(MODE_CHANGES):
         closed.update(range(first, last + 1))  # what the lines behind mean depends on what ran
     return Regions(frozenset(closed), frozenset(gates))
-
-
-def _changes_modes(line: LexedLine) -> bool:
-    codes = {word.value for word in line.words if word.letter == "G"}
-    return None in codes or not codes.isdisjoint(MODE_CHANGES)
 
 
 def _end(lexed: Sequence[LexedLine], start: int, last: int) -> int:

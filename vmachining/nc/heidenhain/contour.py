@@ -130,11 +130,6 @@ class Contour:
 
     # ---- motions ----
 
-    def line(self, words: list[Word], *, rapid: bool) -> None:
-        """L."""
-        given, rotary = self.target(words)
-        self.pen.go(given, rapid=rapid, rotary=rotary or None)
-
     def vector(self, words: list[Word], *, rapid: bool) -> None:
         """LN: TX TY TZ is the tool axis; NX NY NZ only matters to allowances of the tool."""
         q = self.control.q
@@ -340,13 +335,8 @@ class Contour:
             pen.compensate(0)
             if kind != "CT":
                 pen.go(dict(enumerate(end)), rapid=False)
-        self._where_it_stands()
-
-    def _where_it_stands(self) -> None:
-        """Compensation has left the tip beside the programmed point: from here on that is its place."""
-        pen = self.pen
         pen.flush()
-        if pen.tip is not None:
+        if pen.tip is not None:  # compensation has left it beside the programmed point: that is its place now
             pen.at, pen.tip = pen.tip, None
 
     def _sizes(self, head: str, kind: str, words: list[Word]) -> tuple[float, float, float]:

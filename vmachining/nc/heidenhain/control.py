@@ -72,7 +72,8 @@ class Control(Definitions):
             if rotary:
                 pen.go({}, rapid=rapid, rotary=rotary)
         elif kind == "L":
-            contour.line(given, rapid=rapid)
+            place, rotary = contour.target(given)
+            pen.go(place, rapid=rapid, rotary=rotary or None)
         elif kind == "LP":
             pen.go(dict(enumerate(contour.polar(given))), rapid=rapid)
         elif kind == "LN":

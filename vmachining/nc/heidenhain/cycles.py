@@ -293,16 +293,12 @@ def _deep(hole: _Hole) -> None:
     hole.out()
 
 
-def _tap_feed(hole: _Hole) -> float:
-    if hole.number == 206:
-        return hole.feed
-    (pitch,) = (v * hole.pen.scale for v in need(f"cycle {hole.number}", hole.values, "Q239"))
-    return hole.pen.tap_feed(pitch, hole.pen.rpm, "Q239")
-
-
 def _tap(hole: _Hole) -> None:
-    feed, each = _tap_feed(hole), hole.length("Q257") if hole.number == 209 else 0.0
-    lift = hole.length("Q256")
+    feed = hole.feed
+    if hole.number != 206:
+        (pitch,) = need(f"cycle {hole.number}", hole.values, "Q239")
+        feed = hole.pen.tap_feed(pitch * hole.pen.scale, hole.pen.rpm, "Q239")
+    each, lift = hole.length("Q257") if hole.number == 209 else 0.0, hole.length("Q256")
     for z in hole.levels(hole.surface, each):
         hole.cut(z, feed)
         if z != hole.bottom:

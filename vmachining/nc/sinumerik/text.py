@@ -66,7 +66,7 @@ def units(lines: Sequence[str]) -> list[Unit]:
 
 _LETTER: Final = re.compile(r"([A-Z])[ ]*([+-]?[ ]*(?>\d+\.?\d*|\.\d+)(?:EX[+-]?\d+)?)(?![ ]*[=\[(]|\w)")
 _PACKED: Final = re.compile(r"([A-Z])([+-]?(?>\d+\.?\d*|\.\d+))(?=[A-Z][+-]?[.\d=])")
-_NAME: Final = re.compile(r"[A-Z_$][A-Z0-9_$]*")
+_NAME: Final = re.compile(r"([A-Z_$][A-Z0-9_$]*)[ ]*")
 _OPERAND: Final = re.compile(
     r'[ ]*(?:[+-][ ]*|NOT[ ]+)*(?:(?:\d+\.?\d*|\.\d+)(?:EX[+-]?\d+)?|"[^"]*"|[A-Z_$][A-Z0-9_$.]*|(?=[(\[]))'
 )
@@ -111,8 +111,7 @@ def words(text: str) -> tuple[list[Word], str]:
     out: list[Word] = []
     at = 0
     while True:
-        while at < len(text) and text[at] in " ,":
-            at += 1
+        at += len(text[at:]) - len(text[at:].lstrip(" ,"))
         if at >= len(text):
             return out, ""
         found = _LETTER.match(text, at) or _PACKED.match(text, at)
@@ -123,30 +122,23 @@ def words(text: str) -> tuple[list[Word], str]:
         found = _NAME.match(text, at)
         if found is None:
             return out, text[at:]
-        name, end = found[0], found.end()
-        while end < len(text) and text[end] == " ":
-            end += 1
-        index = ""
-        if end < len(text) and text[end] == "[":
+        name, index, end, stop = found[1], "", found.end(), found.end(1)
+        if text[end : end + 1] == "[":
             stop = _close(text, end)
             if stop < 0:
                 return out, text[at:]
-            index, end = text[end:stop], stop
-            while end < len(text) and text[end] == " ":
-                end += 1
-        if end < len(text) and text[end] == "=" and text[end : end + 2] != "==":
+            index, end = text[end:stop], stop + len(text[stop:]) - len(text[stop:].lstrip(" "))
+        if text[end : end + 1] == "=" and text[end : end + 2] != "==":
             stop = _expression(text, end + 1)
-            if stop < 0:
-                return out, text[at:]
-            out.append(Word("set", name + index, text[end + 1 : stop].strip(), text[at:stop]))
-        elif end < len(text) and text[end] == "(" and not index:
+            word = Word("set", name + index, text[end + 1 : stop].strip(), text[at:stop])
+        elif text[end : end + 1] == "(" and not index:
             stop = _close(text, end)
-            if stop < 0:
-                return out, text[at:]
-            out.append(Word("call", name, text[end + 1 : stop - 1], text[at:stop]))
+            word = Word("call", name, text[end + 1 : stop - 1], text[at:stop])
         else:
-            stop = found.end()
-            out.append(Word("key", name, "", name))
+            stop, word = found.end(1), Word("key", name, "", name)
+        if stop < 0:
+            return out, text[at:]
+        out.append(word)
         at = stop
 
 
