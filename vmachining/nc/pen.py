@@ -197,7 +197,7 @@ class Pen(Placing):
     ) -> None:
         moved = dict(rotary or {})
         if moved and not named and rapid and vector is None:
-            self.flush()  # it is told with the next motion, which knows the plane
+            self.flush()  # reported with the next motion, which knows the plane
             self.rotary.update(moved)
             self._turn_tcp = self.tcp
             return
