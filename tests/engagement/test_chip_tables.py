@@ -9,16 +9,9 @@ import pytest
 from tinyjob import write_job
 
 import vmachining as vm
-from vmachining.engagement import (
-    CHIP_COLUMNS,
-    BoxStock,
-    Engagement,
-    RayWorkpiece,
-    chip_table,
-    contact,
-    frames,
-)
+from vmachining.engagement import BoxStock, Engagement, RayWorkpiece, chip_table, contact, frames
 from vmachining.engagement.analytic import Corner, HeightStock, HeightWorkpiece, engaged
+from vmachining.engagement.chips import CHIP_COLUMNS
 from vmachining.geometry import Line
 from vmachining.job import Scene
 from vmachining.sweep import Pose, Stance, Turn

@@ -72,7 +72,7 @@ def test_feeds_lie_between_the_limits_and_never_exceed_what_was_computed(rows, r
             assert blocks.volume_mm3[k] == 0 and schedule.exact_mm_min[k] == min(3000, blocks.caps[k])
         if word is Limit.NONE:
             rate = blocks.volume_mm3[k] * schedule.exact_mm_min[k] / blocks.length_mm[k]
-            assert abs(rate - schedule.reference_mm3_min) <= 1e-9 * rate
+            assert abs(rate - schedule.reference) <= 1e-9 * rate
 
 
 @quiet
@@ -161,7 +161,7 @@ def test_safe_leaves_keep_every_sample_below_the_reference(case, reference, tau,
         exact = schedule.sub_exact_mm_min[offset[k] : offset[k + 1]][leaf]
         bound = (exact > LIMITS.min_mm_min) & (volume > 0)
         for column in (feed, exact):
-            assert (volume * column / step <= schedule.reference_mm3_min * (1 + 1e-12))[bound].all()
+            assert (volume * column / step <= schedule.reference * (1 + 1e-12))[bound].all()
         share = np.diff(ends, prepend=0.0) * blocks.length_mm[k]
         assert len(ends) == 1 or (share >= least * (1 - 1e-9)).all()
 

@@ -74,10 +74,10 @@ def test_slot_entry_finer_and_by_the_mean():
 
 
 def test_automatic_references():
-    assert schedule_volume(SIX, WIDE).reference_mm3_min == pytest.approx(6000)
-    assert schedule_volume(SIX, WIDE, reference="max").reference_mm3_min == pytest.approx(6000)
+    assert schedule_volume(SIX, WIDE).reference == pytest.approx(6000)
+    assert schedule_volume(SIX, WIDE, reference="max").reference == pytest.approx(6000)
     mean = schedule_volume(SIX, FeedLimits(max_mm_min=1e6), reference="mean")
-    assert mean.reference_mm3_min == pytest.approx(175 / (25 / 600))
+    assert mean.reference == pytest.approx(175 / (25 / 600))
     cuts = SIX.volume_mm3 > 0
     assert mean.exact_time_s[cuts].sum() == pytest.approx(mean.old_time_s[cuts].sum())
 

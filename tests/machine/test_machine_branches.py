@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from vmachining.errors import KinematicsError
-from vmachining.machine import Axis, Machine, follow, jumps, preset
+from vmachining.machine import Axis, Machine, follow, preset
+from vmachining.machine.branches import jumps
 
 
 def tilted(tilt, azimuth):

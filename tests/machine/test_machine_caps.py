@@ -10,7 +10,8 @@ from strategies import coordinates
 
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
-from vmachining.machine import MachineLimits, arc_peaks, path_peaks
+from vmachining.machine import MachineLimits, path_peaks
+from vmachining.machine.caps import arc_peaks
 
 
 @settings(max_examples=200, deadline=None)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from tinyjob import write_job
 
-from vmachining.engines.vectors import features
-from vmachining.engines.vectors.part import DesignPart
+from vmachining.engines.vectors.part import DesignPart, features
 from vmachining.job import Job
 from vmachining.job.stock import design_mesh
 

@@ -16,13 +16,12 @@ from vmachining.engines.vectors import (
     Points,
     VectorEngine,
     VectorSettings,
-    features,
-    representation_spacing,
     simulation_spacing,
     spacing_for,
     wall_angle,
 )
-from vmachining.engines.vectors.part import DesignPart
+from vmachining.engines.vectors.accuracy import representation_spacing
+from vmachining.engines.vectors.part import DesignPart, features
 from vmachining.errors import InputError
 from vmachining.geometry import Line
 from vmachining.stock import BoxStock, MeshStock

@@ -33,23 +33,18 @@ Known limits: gaps and contacts shorter than 0.01 mm along the edge, or narrower
 exact as its triangles. 360 angles take 0.1 to 1 s on one core, more with turning sweeps and large meshes."""
 
 from vmachining.engagement import chip, frames
-from vmachining.engagement.chips import CHIP_COLUMNS, chip_points, chip_table, depths
-from vmachining.engagement.divide import RESOLUTION_MM
+from vmachining.engagement.chips import chip_points, chip_table
 from vmachining.engagement.extract import Contact, contact, engaged_parts, facing_parts
-from vmachining.engagement.result import COLUMNS, Engagement, EngagementMap
+from vmachining.engagement.result import Engagement
 from vmachining.engagement.workpiece import By, Past, RayWorkpiece, Workpiece, sweeps_near
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 
 __all__ = [
-    "CHIP_COLUMNS",
-    "COLUMNS",
-    "RESOLUTION_MM",
     "BoxStock",
     "By",
     "Contact",
     "CylinderStock",
     "Engagement",
-    "EngagementMap",
     "MeshStock",
     "Past",
     "RayWorkpiece",
@@ -59,7 +54,6 @@ __all__ = [
     "chip_points",
     "chip_table",
     "contact",
-    "depths",
     "engaged_parts",
     "facing_parts",
     "frames",

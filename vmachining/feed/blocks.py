@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import FeedError
+
+T = TypeVar("T", bound=np.generic)
 
 NOISE_MM3 = 1e-9
 """Negative volumes up to this size are rounding of a difference of two solids and count as zero."""
@@ -77,9 +80,7 @@ class FeedBlocks:
         if lines.ndim != 1:
             raise FeedError(f"line: expected shape (n,), got {lines.shape}")
         n = len(lines)
-        kinds = np.array([str(k) for k in kind], dtype=np.str_)
-        if kinds.shape != (n,):
-            raise FeedError(f"kind: expected shape ({n},), got {kinds.shape}")
+        kinds = _shaped([str(k) for k in kind], np.str_, n, "kind")
         known = [str(k) for k in Kind]
         if (odd := ~np.isin(kinds, known)).any():
             raise FeedError(f"kind {str(kinds[odd][0])!r} is not one of {', '.join(known)}")
@@ -88,23 +89,14 @@ class FeedBlocks:
         upper = None if volume_hi_mm3 is None else sure_volumes(volume_hi_mm3, n, "volume_hi_mm3", lines)
         if upper is not None and (low := upper < volumes).any():
             raise FeedError("volume_hi_mm3 is below volume_mm3", line=int(lines[low][0]))
-        feeds = np.array(feed_mm_min, dtype=np.float64)
-        _feeds(feeds, kinds, lines)
-        caps = None
-        if cap_mm_min is not None:
-            caps = np.array(cap_mm_min, dtype=np.float64)
-            if caps.shape != (n,):
-                raise FeedError(f"cap_mm_min: expected shape ({n},), got {caps.shape}")
-            if (bad := ~(caps > 0)).any():
-                raise FeedError(
-                    f"cap_mm_min is {caps[bad][0]}, expected a positive number", line=int(lines[bad][0])
-                )
-        tools = None if tool is None else np.array(tool, dtype=np.int64)
-        if tools is not None and tools.shape != (n,):
-            raise FeedError(f"tool: expected shape ({n},), got {tools.shape}")
-        down = np.zeros(n, dtype=np.bool_) if plunge is None else np.array(plunge, dtype=np.bool_)
-        if down.shape != (n,):
-            raise FeedError(f"plunge: expected shape ({n},), got {down.shape}")
+        feeds = _shaped(feed_mm_min, np.float64, n, "feed_mm_min")
+        cuts = (kinds == str(Kind.CUT)) & ~np.isnan(feeds)  # NaN means "none"
+        _refuse(cuts & ~(np.isfinite(feeds) & (feeds > 0)), feeds, "feed_mm_min", "a positive number", lines)
+        caps = None if cap_mm_min is None else _shaped(cap_mm_min, np.float64, n, "cap_mm_min")
+        if caps is not None:
+            _refuse(~(caps > 0), caps, "cap_mm_min", "a positive number", lines)
+        tools = None if tool is None else _shaped(tool, np.int64, n, "tool")
+        down = np.zeros(n, dtype=np.bool_) if plunge is None else _shaped(plunge, np.bool_, n, "plunge")
         for name, value in (
             ("line", lines), ("kind", kinds), ("length_mm", lengths), ("feed_mm_min", feeds),
             ("volume_mm3", volumes), ("volume_hi_mm3", upper), ("cap_mm_min", caps), ("tool", tools), ("plunge", down),
@@ -135,16 +127,26 @@ class FeedBlocks:
         return self.volume_hi_mm3
 
 
-def _column(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats:
-    """(n,) finite and not negative."""
-    array = np.array(values, dtype=np.float64)
+def _shaped(values: Any, kind: type[T], n: int, name: str) -> NDArray[T]:
+    """(n,) values of a kind. Raises FeedError."""
+    array = np.array(values, dtype=kind)
     if array.shape != (n,):
         raise FeedError(f"{name}: expected shape ({n},), got {array.shape}")
-    if (bad := ~(np.isfinite(array) & (array >= 0))).any():
+    return array
+
+
+def _refuse(bad: Bools, values: Floats, name: str, wanted: str, lines: Ints | None) -> None:
+    """Raises FeedError for the first value that is bad (n,)."""
+    if bad.any():
         line = int(lines[bad][0]) if lines is not None else None
-        raise FeedError(
-            f"{name} is {array[bad][0]}, expected a finite number that is not negative", line=line
-        )
+        raise FeedError(f"{name} is {values[bad][0]}, expected {wanted}", line=line)
+
+
+def _column(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats:
+    """(n,) finite and not negative."""
+    array = _shaped(values, np.float64, n, name)
+    bad = ~(np.isfinite(array) & (array >= 0))
+    _refuse(bad, array, name, "a finite number that is not negative", lines)
     return array
 
 
@@ -152,14 +154,3 @@ def sure_volumes(values: ArrayLike, n: int, name: str, lines: Ints | None = None
     """(n,) mm^3, finite and not negative; noise below zero is zero. Raises FeedError."""
     array = np.array(values, dtype=np.float64)
     return _column(np.where((array < 0) & (array >= -NOISE_MM3), 0.0, array), n, name, lines)
-
-
-def _feeds(feeds: Floats, kinds: NDArray[np.str_], lines: Ints) -> None:
-    """NaN means "none"; everything else must be a positive finite number on blocks that cut."""
-    if feeds.shape != lines.shape:
-        raise FeedError(f"feed_mm_min: expected shape {lines.shape}, got {feeds.shape}")
-    bad = (kinds == str(Kind.CUT)) & ~np.isnan(feeds) & ~(np.isfinite(feeds) & (feeds > 0))
-    if bad.any():
-        raise FeedError(
-            f"feed_mm_min is {feeds[bad][0]}, expected a positive number", line=int(lines[bad][0])
-        )

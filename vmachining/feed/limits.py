@@ -56,18 +56,8 @@ class FeedLimits:
 def clamp(raw: ArrayLike, limits: FeedLimits, cap_mm_min: ArrayLike) -> tuple[Floats, NDArray[np.int8]]:
     """F = min(max(F_raw, F_min), min(F_max, U)), eq. (3).
 
-    Parameters
-    ----------
-    raw : (n,) mm/min
-        inf for air.
-    cap_mm_min : (n,) or float
-        U, inf where nothing limits.
-
-    Returns
-    -------
-    feed : (n,) mm/min
-    limit : (n,) int8
-        Position of the word in `Limit`.
+    raw : (n,) mm/min, inf for air. cap_mm_min : (n,) or float, U, inf where nothing limits.
+    Returns the feed (n,) mm/min, and the limit (n,) int8: the position of its word in `Limit`.
     """
     asked, cap = np.asarray(raw, dtype=np.float64), np.asarray(cap_mm_min, dtype=np.float64)
     top = np.minimum(limits.max_mm_min, cap)

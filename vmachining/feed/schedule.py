@@ -42,26 +42,14 @@ class Schedule:
     sub_limit: NDArray[np.int8]
 
     def __post_init__(self) -> None:
-        for array in (
-            self.scheduled,
-            self.run,
-            self.sub_offset,
-            self.sub_end,
-            self.sub_feed_mm_min,
-            self.sub_exact_mm_min,
-            self.sub_limit,
-        ):
-            array.setflags(write=False)
+        for name in self.__slots__:
+            if isinstance(value := getattr(self, name), np.ndarray):
+                value.setflags(write=False)
 
     @property
     def reference(self) -> float:
         """Load aimed at; the largest where tools have their own."""
         return max(self.references.values(), default=0.0)
-
-    @property
-    def reference_mm3_min(self) -> float:
-        """Removal rate aimed at by the volume strategy."""
-        return self.reference
 
     @property
     def sub_block(self) -> Ints:
@@ -118,17 +106,12 @@ class Schedule:
     @property
     def feed_mm_min(self) -> Floats:
         """(n,) mm/min as written; for a block with inserted ones, its length over its time."""
-        first = self.sub_feed_mm_min[self.sub_offset[:-1]]
-        single = np.diff(self.sub_offset) == 1
-        mean = np.divide(60.0 * self.blocks.length_mm, self.time_s, out=first.copy(), where=~single)
-        return np.asarray(mean)
+        return self._whole(self.sub_feed_mm_min)
 
     @property
     def exact_mm_min(self) -> Floats:
         """(n,) the same before rounding."""
-        first = self.sub_exact_mm_min[self.sub_offset[:-1]]
-        single = np.diff(self.sub_offset) == 1
-        return np.divide(60.0 * self.blocks.length_mm, self.exact_time_s, out=first.copy(), where=~single)
+        return self._whole(self.sub_exact_mm_min)
 
     @property
     def limit(self) -> tuple[Limit, ...]:
@@ -148,6 +131,11 @@ class Schedule:
             )
             for k in np.flatnonzero(self.scheduled).tolist()
         }
+
+    def _whole(self, feed: Floats) -> Floats:
+        """(n,) feeds of blocks from those of sub-blocks; of several the length over the time."""
+        first, several = feed[self.sub_offset[:-1]], np.diff(self.sub_offset) > 1
+        return np.divide(60.0 * self.blocks.length_mm, self._per_block(feed), out=first, where=several)
 
     def _per_block(self, feed: Floats) -> Floats:
         if not len(self.blocks):

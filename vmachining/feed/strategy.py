@@ -42,9 +42,7 @@ class Parts:
     @classmethod
     def equal(cls, blocks: FeedBlocks, counts: Ints) -> Parts:
         """`counts` equal parts of every block."""
-        offset = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        block = np.repeat(np.arange(len(blocks)), counts)
-        number = np.arange(len(block)) - offset[block] + 1
+        offset, block, number = _counted(counts)
         return cls(offset, number / counts[block], blocks.length_mm[block] / counts[block])
 
     @classmethod
@@ -53,9 +51,7 @@ class Parts:
         with np.errstate(divide="ignore", invalid="ignore"):
             asked = np.ceil(blocks.length_mm / step_mm - 1e-6)
         counts = np.maximum(np.nan_to_num(asked, posinf=1.0), 1).astype(np.int64)
-        offset = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        block = np.repeat(np.arange(len(blocks)), counts)
-        number = np.arange(len(block)) - offset[block] + 1
+        offset, block, number = _counted(counts)
         length = blocks.length_mm[block]
         share = np.divide(number * step_mm[block], length, out=np.ones(len(block)), where=length > 0.0)
         end = np.where(number == counts[block], 1.0, np.minimum(share, 1.0))
@@ -66,6 +62,13 @@ class Parts:
     def block(self) -> Ints:
         """(m,) block of every part."""
         return np.repeat(np.arange(len(self.offset) - 1), np.diff(self.offset))
+
+
+def _counted(counts: Ints) -> tuple[Ints, Ints, Ints]:
+    """(n + 1,) first part of every block that has so many; (m,) block of a part, and its number there, from 1."""
+    offset = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    block = np.repeat(np.arange(len(counts)), counts)
+    return offset, block, np.arange(len(block)) - offset[block] + 1
 
 
 class Strategy(Protocol):

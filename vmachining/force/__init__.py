@@ -36,14 +36,7 @@ from vmachining.force.identify import (
     smoothed,
 )
 from vmachining.force.measured import Overlay, Turns, align, read_trace
-from vmachining.force.model import (
-    Forces,
-    bull_edge,
-    cantilever_mm,
-    deflection_force,
-    edge_forces,
-    power_w,
-)
+from vmachining.force.model import Forces, bull_edge, cantilever_mm, deflection_force, edge_forces, power_w
 from vmachining.force.turn import (
     Component,
     Load,

@@ -11,12 +11,4 @@ from vmachining.geometry.path import Arc, Line, Path, arc_between
 from vmachining.geometry.rays import RayIntervals
 from vmachining.geometry.rotation import rotation, unit
 
-__all__ = [
-    "Arc",
-    "Line",
-    "Path",
-    "RayIntervals",
-    "arc_between",
-    "rotation",
-    "unit",
-]
+__all__ = ["Arc", "Line", "Path", "RayIntervals", "arc_between", "rotation", "unit"]

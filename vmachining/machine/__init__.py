@@ -19,31 +19,18 @@ from vmachining.machine.block_peaks import (
     peak_times,
     tcp_block_peaks,
 )
-from vmachining.machine.branches import JointPath, Jump, follow, jumps
-from vmachining.machine.caps import arc_peaks, line_peaks, path_peaks
+from vmachining.machine.branches import JointPath, follow
+from vmachining.machine.caps import path_peaks
 from vmachining.machine.chain import Machine
-from vmachining.machine.dda import (
-    arc_train,
-    helix_train,
-    line_train,
-    pulse_counts,
-)
+from vmachining.machine.dda import arc_train, line_train, pulse_counts
 from vmachining.machine.described import described
-from vmachining.machine.deviation import (
-    axis_deviation,
-    tip_deviation,
-)
+from vmachining.machine.deviation import axis_deviation, tip_deviation
 from vmachining.machine.hexapod import Hexapod
 from vmachining.machine.limits import CORNER_TOLERANCE_MM, MachineLimits
 from vmachining.machine.lookahead import Way, drive
 from vmachining.machine.machinefile import load, read_parts
 from vmachining.machine.presets import PRESETS, preset, preset_options, with_axes
-from vmachining.machine.pulses import (
-    Interpolator,
-    PulseBlock,
-    write_csv,
-    write_npz,
-)
+from vmachining.machine.pulses import Interpolator, PulseBlock, write_csv, write_npz
 
 __all__ = [
     "CORNER_TOLERANCE_MM",
@@ -52,21 +39,16 @@ __all__ = [
     "Hexapod",
     "Interpolator",
     "JointPath",
-    "Jump",
     "Machine",
     "MachineLimits",
     "Peaks",
     "PulseBlock",
     "Way",
-    "arc_peaks",
     "arc_train",
     "axis_deviation",
     "described",
     "drive",
     "follow",
-    "helix_train",
-    "jumps",
-    "line_peaks",
     "line_train",
     "linear_peaks",
     "load",

@@ -82,12 +82,8 @@ class Axis:
                 raise KinematicsError(f"{where}: {what} is {value:g}, expected a positive number")
         way.setflags(write=False)
         place.setflags(write=False)
-        fields = {
-            "name": name, "kind": sort, "direction": way, "point": place, "sign": int(sign),
-            "lower": float(lower), "upper": float(upper), "max_speed": float(max_speed),
-            "max_acceleration": float(max_acceleration),
-        }  # fmt: skip
-        for field, entry in fields.items():
+        numbers = map(float, (lower, upper, max_speed, max_acceleration))
+        for field, entry in zip(self.__slots__, (name, sort, way, place, int(sign), *numbers), strict=True):
             object.__setattr__(self, field, entry)
 
     @property

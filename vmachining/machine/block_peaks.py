@@ -113,10 +113,8 @@ def peak_accelerations(machine: Machine, peaks: Peaks, length_mm: ArrayLike) -> 
 
 
 def _limits(machine: Machine) -> tuple[Floats, Floats]:
-    return (
-        np.array([axis.max_speed for axis in machine.axes]),
-        np.array([axis.max_acceleration for axis in machine.axes]),
-    )
+    speed, force = zip(*((axis.max_speed, axis.max_acceleration) for axis in machine.axes), strict=True)
+    return np.array(speed), np.array(force)
 
 
 def _shares(values: Floats, limit: Floats) -> Floats:

@@ -98,9 +98,8 @@ def follow(
     elif prefer not in (-1, 0, 1):
         raise KinematicsError(f"prefer is {prefer}, expected -1, 0 or 1")
     with np.errstate(invalid="ignore"):
-        inside = (found.joints[..., slides] >= limits[0, slides]) & (
-            found.joints[..., slides] <= limits[1, slides]
-        )
+        places, (low, high) = found.joints[..., slides], limits[:, slides]
+        inside = (places >= low) & (places <= high)
     given = np.isfinite(found.joints[..., 0])
     # slides of a free axis are not known yet
     allowed = given & (inside.all(axis=2) | found.singular[:, None])

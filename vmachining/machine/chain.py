@@ -136,13 +136,12 @@ class Machine:
         turn = frame[:3, :3]
         rigid = np.abs(turn @ turn.T - np.eye(3)).max() < 1e-9 and np.linalg.det(turn) > 0
         if size == 0.0 or not rigid or (frame[3] != (0, 0, 0, 1)).any():
-            raise KinematicsError(f"machine {name}: " + ("tool has no direction" if size == 0.0 else
-                                                         "work is not a rotation and a translation"))  # fmt: skip
+            what = "tool has no direction" if size == 0.0 else "work is not a rotation and a translation"
+            raise KinematicsError(f"machine {name}: {what}")
         k /= size
         k.setflags(write=False)
-        for field, value in (
-            ("name", name), ("axes", tuple(axes)), ("tip", point), ("tool", k), ("work", frame), ("table", table)
-        ):  # fmt: skip
+        values = name, tuple(axes), point, k, frame, table
+        for field, value in zip(self.__slots__, values, strict=True):
             object.__setattr__(self, field, value)
 
     # ---- what it is ------------------------------------------------------------------------------------

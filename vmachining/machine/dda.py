@@ -190,7 +190,7 @@ def arc_train(
     start, end : (2,) BLU about the centre. turns : 1 is up to a whole circle, each further one adds a circle.
     Raises KinematicsError: Like `arc_corners`; a radius above the capacity; turns below 1.
     """
-    tick, steps, ticks, _ = _arc(start, end, capacity, ccw, turns, slack)
+    tick, steps, ticks = _arc(start, end, capacity, ccw, turns, slack)
     return _train(tick, steps, ticks)
 
 
@@ -208,7 +208,7 @@ def helix_train(
 
     Raises KinematicsError: Like `arc_train`; more pulses of the third axis than ticks.
     """
-    tick, steps, ticks, _ = _arc(start, end, capacity, ccw, turns, slack)
+    tick, steps, ticks = _arc(start, end, capacity, ccw, turns, slack)
     if abs(rise) > ticks:
         raise KinematicsError(
             f"helix: {abs(rise)} pulses along the axis in {ticks} ticks of the arc",
@@ -259,23 +259,20 @@ def radius_error(positions: Ints, radius: float) -> Floats:
 
 def _arc(
     start: ArrayLike, end: ArrayLike, capacity: int, ccw: bool, turns: int, slack: float
-) -> tuple[Ints, NDArray[np.int8], int, int]:
+) -> tuple[Ints, NDArray[np.int8], int]:
     if turns < 1:
         raise KinematicsError(f"arc: {turns} turns")
     s = np.asarray(start, dtype=np.int64)
     corners = arc_corners(s, end, ccw=ccw, slack=slack)
     _fits(math.ceil(math.hypot(*s)), _checked(capacity))
-    if (sent := 4 * turns * math.ceil(math.hypot(*s))) > MAX_PULSES:
-        raise KinematicsError(
-            f"{sent} pulses in one block", remedy=f"at most {MAX_PULSES}; take a larger BLU"
-        )
+    refuse_many(4 * turns * math.ceil(math.hypot(*s)))
     if turns > 1:
         circle = arc_corners(s, s, ccw=ccw)
         corners = np.concatenate([*[circle[:-1]] * (turns - 1), corners])
     room = int(np.abs(np.diff(corners, axis=0)).sum()) + 1
     tick, steps = np.zeros(room, dtype=np.int64), np.zeros((room, 2), dtype=np.int8)
-    n, ticks, flushed = _kernels.circular_dda(corners, capacity, tick, steps)
-    return tick[:n], steps[:n], int(ticks), int(flushed)
+    n, ticks, _ = _kernels.circular_dda(corners, capacity, tick, steps)
+    return tick[:n], steps[:n], int(ticks)
 
 
 def _checked(capacity: int) -> int:
@@ -284,11 +281,16 @@ def _checked(capacity: int) -> int:
     return int(capacity)
 
 
-def _fits(pulses: int, capacity: int) -> None:
+def refuse_many(pulses: int) -> None:
+    """Raises KinematicsError: Above `MAX_PULSES`."""
     if pulses > MAX_PULSES:
         raise KinematicsError(
             f"{pulses} pulses in one block", remedy=f"at most {MAX_PULSES}; take a larger BLU"
         )
+
+
+def _fits(pulses: int, capacity: int) -> None:
+    refuse_many(pulses)
     if pulses > capacity:
         raise KinematicsError(
             f"register overflow: {pulses} in a register of {capacity}",

@@ -96,8 +96,13 @@ def axis_deviation(
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
 
+    speed = (q1 - q0)[:, None, :]
+
+    def joints(t: Floats) -> Floats:
+        return np.asarray(q0[:, None, :] + t[..., None] * speed)
+
     def axis(t: Floats) -> Floats:
-        return machine.forward(q0[:, None, :] + t[..., None] * (q1 - q0)[:, None, :]).axis
+        return machine.forward(joints(t)).axis
 
     def circle(t: Floats) -> Floats:
         try:
@@ -112,7 +117,7 @@ def axis_deviation(
 
     grid = np.broadcast_to(np.linspace(0.0, 1.0, samples), (len(q0), samples))
     turned = np.abs(q1 - q0)[:, list(machine.rotary)].sum(axis=1)
-    second = machine.rates(q0[:, None, :] + grid[..., None] * (q1 - q0)[:, None, :], (q1 - q0)[:, None, :])
+    second = machine.rates(joints(grid), speed)
     top = (second.axis_acceleration**2).sum(axis=-1).max(axis=1)
     bound = np.sqrt(top + 2.0 * turned**6 / (4.0 * (samples - 1) ** 2)) / 8.0
     return AxisDeviation(_largest(across, grid), _largest(circle, grid), np.minimum(bound, turned**2 / 8.0))

@@ -88,9 +88,8 @@ class Hexapod:
 
     def reached(self, tip: ArrayLike, axis: ArrayLike) -> Bools:
         """(n,) whether all legs and joints are within their limits."""
-        return np.asarray(
-            ~np.logical_or.reduce([over.any(axis=1) for _, over, _ in self._over(self.legs(tip, axis))])
-        )
+        found = self._over(self.legs(tip, axis))
+        return np.asarray(~np.any([over.any(axis=1) for _, over, _ in found], axis=0))
 
     def complaint(self, tip: ArrayLike, axis: ArrayLike) -> tuple[int, str] | None:
         """The first of the poses that is out of reach, and why; None: all are reached."""
@@ -107,10 +106,8 @@ class Hexapod:
         low, high = self.length
         out = [(legs.length, (legs.length < low) | (legs.length > high),
                 f"leg {{}} would be {{:.6g}} mm long, it goes from {low:g} to {high:g}")]  # fmt: skip
-        for name, angle, cone in (
-            ("frame", legs.base, self.base_cone),
-            ("platform", legs.platform, self.platform_cone),
-        ):
+        cones = ("frame", legs.base, self.base_cone), ("platform", legs.platform, self.platform_cone)
+        for name, angle, cone in cones:
             words = f"the joint of leg {{}} on the {name} would lean by {{:.5g}} degrees, it allows {np.degrees(cone):g}"
             out.append((np.degrees(angle), angle > cone, words))
         return out

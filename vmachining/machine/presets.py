@@ -11,6 +11,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -93,10 +94,7 @@ def nutating_table(*, nutation_deg: float = 45.0, table_point: ArrayLike = ORIGI
 
 
 def _limited(axis: Axis, lower: float, upper: float, speed: float, acceleration: float) -> Axis:
-    return Axis(
-        axis.name, axis.kind, axis.direction, point=axis.point, sign=axis.sign, lower=lower, upper=upper,
-        max_speed=speed, max_acceleration=acceleration,
-    )  # fmt: skip
+    return replace(axis, lower=lower, upper=upper, max_speed=speed, max_acceleration=acceleration)
 
 
 def _trt(tilt: str, tilt_point: ArrayLike, rot_point: ArrayLike) -> Machine:

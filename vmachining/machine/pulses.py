@@ -24,7 +24,6 @@ from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.machine.dda import (
     MAX_CAPACITY,
-    MAX_PULSES,
     Train,
     arc_corners,
     arc_limit,
@@ -34,6 +33,7 @@ from vmachining.machine.dda import (
     line_train,
     pulse_counts,
     radius_error,
+    refuse_many,
     s1_quadrant_train,
 )
 
@@ -149,10 +149,7 @@ class Interpolator:
         if not counts.any():
             return []
         largest = int(np.abs(counts).max())
-        if largest > MAX_PULSES:
-            raise KinematicsError(
-                f"{largest} pulses in one block", remedy=f"at most {MAX_PULSES}; take a larger BLU"
-            )
+        refuse_many(largest)
         parts = math.ceil(largest / self.register) if self.split else 1
         # rounding positions, not increments: the parts add up to the whole
         cuts = pulse_counts(counts * np.arange(parts + 1)[:, None] / parts, 1.0)

@@ -63,17 +63,11 @@ class CLPath:
             parts += [down, piece, up]
         if not parts:
             raise InputError("the path is empty: the tool touches nothing")
-        return cls(
-            np.concatenate([p.tips for p in parts]), np.concatenate([p.axes for p in parts]),
-            np.concatenate([p.rapid for p in parts]), np.concatenate([p.marks for p in parts]), notes,
-        )  # fmt: skip
+        return _in_a_row(parts, notes)
 
     def followed_by(self, other: CLPath) -> CLPath:
         """Both, with a motion at feed between them."""
-        return CLPath(
-            np.concatenate([self.tips, other.tips]), np.concatenate([self.axes, other.axes]),
-            np.concatenate([self.rapid, other.rapid]), np.concatenate([self.marks, other.marks]), self.notes + other.notes,
-        )  # fmt: skip
+        return _in_a_row([self, other], self.notes + other.notes)
 
     @classmethod
     def upright(cls, tips: ArrayLike, marks: ArrayLike) -> CLPath:
@@ -91,6 +85,12 @@ class CLPath:
     def feed_length(self) -> float:
         """mm of the tip at feed."""
         return float(np.linalg.norm(np.diff(self.tips, axis=0), axis=1)[~self.rapid[1:]].sum())
+
+
+def _in_a_row(parts: Sequence[CLPath], notes: tuple[str, ...]) -> CLPath:
+    columns = zip(*((p.tips, p.axes, p.rapid, p.marks) for p in parts), strict=True)
+    tips, axes, rapid, marks = map(np.concatenate, columns)
+    return CLPath(tips, axes, rapid, marks, notes)
 
 
 def _above(piece: CLPath, k: int, z: float) -> CLPath:
@@ -134,12 +134,7 @@ def _number(value: float, decimals: int = DECIMALS) -> str:
 
 
 def iso_program(
-    path: CLPath,
-    *,
-    feed_mm_min: float,
-    spindle_rev_min: float = 6000.0,
-    tool: int = 1,
-    title: str = "",
+    path: CLPath, *, feed_mm_min: float, spindle_rev_min: float = 6000.0, tool: int = 1, title: str = ""
 ) -> str:
     """Program of dialect `iso` for an upright tool: lines only, five decimals, each word only where it changes.
 
@@ -148,13 +143,18 @@ def iso_program(
     checked_feed(feed_mm_min)
     if not path.is_upright:
         raise InputError(TILTED[0], remedy=TILTED[1])
-    lines = [f"({title})"] if title else []
-    lines += ["G21 G17 G90 G94 G40", f"T{tool} M6", f"S{spindle_rev_min:g} M3"]
+    lines = iso_head(title, tool, spindle_rev_min)
     rows = [words_of("XYZ", tip) for tip in path.tips]
     mode = "G0" if path.rapid[0] else "G1"
     lines += [f"{mode} {rows[0][0]} {rows[0][1]}", rows[0][2]]  # sideways first, high above
     lines += changed_lines(rows[1:], path.rapid[1:], feed_mm_min, mode, rows[0])
     return "\n".join([*lines, "M5", "M2"]) + "\n"
+
+
+def iso_head(title: str, tool: int, spindle_rev_min: float, *more: str) -> list[str]:
+    """First lines of a program: its title and `more`, modes, tool and spindle."""
+    comments = [f"({title})"] if title else []
+    return [*comments, *more, "G21 G17 G90 G94 G40", f"T{tool} M6", f"S{spindle_rev_min:g} M3"]
 
 
 def changed_lines(
@@ -186,12 +186,7 @@ def pose_table(path: CLPath, *, feed_mm_min: float, tool: int = 1, **_: object) 
 
 
 def apt_file(
-    path: CLPath,
-    *,
-    feed_mm_min: float,
-    spindle_rev_min: float = 6000.0,
-    tool: int = 1,
-    title: str = "",
+    path: CLPath, *, feed_mm_min: float, spindle_rev_min: float = 6000.0, tool: int = 1, title: str = ""
 ) -> str:
     """CL file of dialect `apt`: GOTO records with the axis where the tool is tilted (MULTAX)."""
     checked_feed(feed_mm_min)

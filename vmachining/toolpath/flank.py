@@ -49,13 +49,12 @@ def flank_path(
     *,
     side: Literal["left", "right"] = "left",
     below_mm: float = 0.0,
-    clear_mm: float | None = None,
 ) -> Flank:
     """The path along rulings from `lower` to `upper` (n, 3) mm, in the order in which they are cut.
 
     radius : mm, of the cutter. side : where the tool stands, seen along the feed with the spindle up.
     below_mm : how far the tip goes below the lower rail, along the axis.
-    clear_mm : height of rapids; None: a radius and 5 mm above the face.
+    Rapids go a radius and 5 mm above the face.
     Raises InputError: Fewer than two rulings, a ruling of no length or along the feed, a rail that turns back, an axis
     that turns over.
     """
@@ -94,7 +93,7 @@ def flank_path(
     ]  # fmt: skip
     between = np.max(depths, axis=0)
     marks = np.full(len(tips), int(Mark.CONTACT), dtype=np.int64)
-    top = float(max(low[:, 2].max(), high[:, 2].max())) + radius + 5.0 if clear_mm is None else clear_mm
+    top = float(max(low[:, 2].max(), high[:, 2].max())) + radius + 5.0
     piece = CLPath(tips, axes, np.zeros(len(tips), np.bool_), marks)
     notes = _notes(rails, worst, between)
     return Flank(CLPath.joined([piece], clear_mm=top, notes=notes), worst, twist, between)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -92,23 +92,20 @@ def post_program(
         )  # fmt: skip
         moves = [there, *moves]
     writer = _WRITERS[dialect](name, decimals)
-    notes: list[str] = []
-    found: JointPath | None = None
-    lines: tuple[int, ...] = ()
-    rapid: tuple[bool, ...] = ()
+    angles: list[Any] = [()]
     if dialect in ("iso", "fanuc") and any(m.axis_end is not None for m in moves):
         if machine is None or not machine.rotary:
             raise InputError(
                 "the tool leans: its angles need a machine", remedy="name one: --machine ac-table"
             )
-        moves, notes, found, lines, rapid = _with_angles(moves, machine, angle_deg, start_deg)
+        moves, *angles = _with_angles(moves, machine, angle_deg, start_deg)
     writer.write(moves)
-    return Posted("\n".join(writer.lines) + "\n", tuple(notes), found, lines, rapid)
+    return Posted("\n".join(writer.lines) + "\n", *angles)
 
 
 def _with_angles(
     moves: Sequence[Move], machine: Machine, angle_deg: float, start_deg: Mapping[str, float] | None
-) -> tuple[list[Move], list[str], JointPath, tuple[int, ...], tuple[bool, ...]]:
+) -> tuple[list[Move], tuple[str, ...], JointPath, tuple[int, ...], tuple[bool, ...]]:
     """Moves with rotary angles instead of axes."""
     start = None if start_deg is None else machine.joints(degrees=True, **start_deg)
     if not (math.isfinite(angle_deg) and angle_deg > 0.0):
@@ -161,7 +158,7 @@ def _with_angles(
         notes.append(
             f"{len(out) - len(where)} blocks were added so that the axis stays within {angle_deg:g} degrees"
         )
-    return _with_dwells(moves, owner.tolist(), out), notes, found, lines, (True, *rapid.tolist())
+    return _with_dwells(moves, owner.tolist(), out), tuple(notes), found, lines, (True, *rapid.tolist())
 
 
 def _with_dwells(moves: Sequence[Move], owner: list[int], out: list[Move]) -> list[Move]:

@@ -10,7 +10,11 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
+from vmachining.toolpath.clpath import iso_head
 from vmachining.toolpath.triangle import Triangle
+
+CLEAR_MM, MARGIN_MM = 2.0, 5.0
+"""Height of rapids between levels; what the block of stock is larger than the pocket."""
 
 
 def level_program(
@@ -20,9 +24,6 @@ def level_program(
     step_mm: float,
     feed_mm_min: float,
     plunge_mm_min: float,
-    spindle_rev_min: float = 6000.0,
-    tool: int = 1,
-    clear_mm: float = 2.0,
     title: str = "",
 ) -> str:
     """Program text that drives a path (n, 2) mm at one or more depths below z = 0, plunging at its start.
@@ -37,31 +38,24 @@ def level_program(
             raise InputError(f"{name} {value:g}: give a positive number")
     levels = ceil(depth_mm / step_mm - 1e-12)
     (x, y), rest = path[0], path[1:]
-    lines = [f"({title})"] if title else []
-    lines += [
-        "G21 G17 G90 G94 G40",
-        f"T{tool} M6",
-        f"S{spindle_rev_min:g} M3",
-        f"G0 X{x:.4f} Y{y:.4f}",
-        f"Z{clear_mm:.4f}",
-    ]
+    lines = [*iso_head(title, 1, 6000.0), f"G0 X{x:.4f} Y{y:.4f}", f"Z{CLEAR_MM:.4f}"]
     for level in range(1, levels + 1):
         if level > 1:
-            lines += [f"G0 Z{clear_mm:.4f}", f"X{x:.4f} Y{y:.4f}"]
+            lines += [f"G0 Z{CLEAR_MM:.4f}", f"X{x:.4f} Y{y:.4f}"]
         lines.append(f"G1 Z{-depth_mm * level / levels:.4f} F{plunge_mm_min:g}")
         for k, (px, py) in enumerate(rest):
             feed = f" F{feed_mm_min:g}" if k == 0 else ""
             lines.append(f"X{px:.4f} Y{py:.4f}{feed}")
-    lines += [f"G0 Z{max(clear_mm, 20.0):.4f}", "M5", "M2"]
+    lines += ["G0 Z20.0000", "M5", "M2"]
     return "\n".join(lines) + "\n"
 
 
-def pocket_job(triangle: Triangle, program: str, *, depth_mm: float, margin_mm: float = 5.0) -> str:
-    """Text of a job file, named after its program: a flat end mill and a block `margin_mm` larger than the pocket."""
+def pocket_job(triangle: Triangle, program: str, *, depth_mm: float) -> str:
+    """Text of a job file, named after its program: a flat end mill and a block `MARGIN_MM` larger than the pocket."""
     corners = triangle.corners
-    low = corners.min(axis=0) - triangle.r - margin_mm
-    high = corners.max(axis=0) + triangle.r + margin_mm
-    bottom = -depth_mm - margin_mm
+    low = corners.min(axis=0) - triangle.r - MARGIN_MM
+    high = corners.max(axis=0) + triangle.r + MARGIN_MM
+    bottom = -depth_mm - MARGIN_MM
     numbers = ", ".join(f"{v:.4f}" for v in (*low, bottom))
     upper = ", ".join(f"{v:.4f}" for v in (*high, 0.0))
     return f"""name = {json.dumps(Path(program).stem, ensure_ascii=False)}

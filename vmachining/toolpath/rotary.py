@@ -17,7 +17,7 @@ from vmachining.arrays import Bools, Floats
 from vmachining.errors import InputError
 from vmachining.geometry.rotation import great_circle
 from vmachining.machine import Machine, axis_deviation, follow, tip_deviation
-from vmachining.toolpath.clpath import CLPath, changed_lines, checked_feed, words_of
+from vmachining.toolpath.clpath import CLPath, changed_lines, checked_feed, iso_head, words_of
 
 ROUNDS = 10
 """Halvings of a block: a thousandth of it."""
@@ -29,7 +29,6 @@ def rotary_program(
     *,
     feed_mm_min: float,
     spindle_rev_min: float = 6000.0,
-    tool: int = 1,
     title: str = "",
     tcp: bool = True,
     tolerance_mm: float = 0.005,
@@ -72,13 +71,7 @@ def rotary_program(
     angles = np.degrees(found.joints[:, list(machine.rotary)])
     places = tips if tcp else found.joints[:, list(machine.slides)]
     letters = "XYZ" if tcp else "".join(machine.names[k] for k in machine.slides)
-    lines = [f"({title})"] if title else []
-    lines += [
-        f"(MACHINE {machine.name.upper()})",
-        "G21 G17 G90 G94 G40",
-        f"T{tool} M6",
-        f"S{spindle_rev_min:g} M3",
-    ]
+    lines = iso_head(title, 1, spindle_rev_min, f"(MACHINE {machine.name.upper()})")
     lines += ["M128"] if tcp else []
     rows = [
         [*words_of(letters, place), *words_of("".join(turning), angle)]

@@ -14,7 +14,6 @@
 """
 
 from vmachining.engagement.along.block import (
-    ANGLES,
     Chips,
     Cutting,
     Sample,
@@ -26,15 +25,4 @@ from vmachining.engagement.along.block import (
 )
 from vmachining.engagement.along.sweeps import Sweeps
 
-__all__ = [
-    "ANGLES",
-    "Chips",
-    "Cutting",
-    "Sample",
-    "Seen",
-    "Sweeps",
-    "Teeth",
-    "blade",
-    "contact_along",
-    "fractions",
-]
+__all__ = ["Chips", "Cutting", "Sample", "Seen", "Sweeps", "Teeth", "blade", "contact_along", "fractions"]

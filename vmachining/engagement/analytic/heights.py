@@ -31,10 +31,7 @@ def grid(low: Floats, high: Floats, pitch: float) -> tuple[Floats, Floats]:
 
 
 def heights_of(
-    stock: Stock,
-    past: Sequence[Past],
-    pitch: float,
-    region: Floats | None = None,
+    stock: Stock, past: Sequence[Past], pitch: float, region: Floats | None = None
 ) -> HeightStock | None:
     """Stock minus sweeps as heights over cells of a pitch, each that of the vertical line through its middle.
 

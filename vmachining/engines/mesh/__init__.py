@@ -50,12 +50,7 @@ if TYPE_CHECKING:
     from vmachining.engines.mesh.solids import solid
     from vmachining.engines.mesh.stock import StockMesh, box_stock
 
-__all__ = [
-    "MeshEngine",
-    "StockMesh",
-    "box_stock",
-    "solid",
-]
+__all__ = ["MeshEngine", "StockMesh", "box_stock", "solid"]
 
 _LATER = {"MeshEngine": "engine", "solid": "solids", "StockMesh": "stock", "box_stock": "stock"}
 

@@ -46,13 +46,7 @@ class MeshEngine:
 
     name = "mesh"
 
-    def __init__(
-        self,
-        stock: StockMesh,
-        chord: float = CHORD_MM,
-        *,
-        tile_mm: float | None = None,
-    ) -> None:
+    def __init__(self, stock: StockMesh, chord: float = CHORD_MM, *, tile_mm: float | None = None) -> None:
         if not (np.isfinite(chord) and chord > 0.0):
             raise EngineError(f"chord {chord} mm is not positive", engine=self.name)
         self.chord = float(chord)

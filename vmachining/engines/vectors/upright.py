@@ -53,14 +53,7 @@ class UprightVectors:
         highest material.
     """
 
-    def __init__(
-        self,
-        part: DesignPart,
-        stock: Stock,
-        pitch: float,
-        *,
-        casting: float | None = None,
-    ) -> None:
+    def __init__(self, part: DesignPart, stock: Stock, pitch: float, *, casting: float | None = None) -> None:
         self.part, self.stock, self.pitch = part, stock, pitch
         self.casting = casting
         both = np.stack([part.bounds, stock.bounds])

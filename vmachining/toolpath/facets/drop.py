@@ -93,11 +93,10 @@ class Surface:
         planes[:, 8:] = _valleys(mesh)[order]
         once = planes.copy()
         once[:, 8:] = np.maximum(planes[:, 8:], _asked_before(mesh, order))
-        values = (mesh, order, corners.reshape(-1, 9), planes, once)
-        for name, value in zip(("mesh", "_order", "_corners", "_planes", "_once"), values, strict=True):
-            object.__setattr__(self, name, value)
         boxes = box_tree(corners.min(axis=1), corners.max(axis=1), _kernels.LEAF)
-        object.__setattr__(self, "_boxes", boxes)
+        values = (mesh, order, corners.reshape(-1, 9), planes, once, boxes)
+        for name, value in zip(self.__slots__, values, strict=True):
+            object.__setattr__(self, name, value)
 
     @property
     def sorted(self) -> tuple[Floats, Floats, Floats]:
@@ -127,18 +126,8 @@ class Surface:
         where = np.ascontiguousarray(rows(points, -1, 2, name="points"))
         z = np.empty(len(where))
         which, kind = np.empty(len(where), dtype=np.int64), np.empty(len(where), dtype=np.int64)
-        _kernels.drop(
-            where,
-            self._corners,
-            self._once,
-            self._boxes,
-            float(radius),
-            float(corner_radius),
-            float(floor),
-            z,
-            which,
-            kind,
-        )
+        sizes = float(radius), float(corner_radius), float(floor)
+        _kernels.drop(where, self._corners, self._once, self._boxes, *sizes, z, which, kind)
         # a corner stands at the end of two edges: where the tool meets it tells which
         vertex = self._is_vertex(where, z, which, kind, radius, corner_radius)
         kind[vertex] = Contact.VERTEX
@@ -203,9 +192,7 @@ def _valleys(mesh: FacetMesh) -> Bools:
 
 def _asked_before(mesh: FacetMesh, order: Ints) -> Bools:
     """(m, 3), in an order: edges that the neighbour, which comes earlier, asks; the first of two is the one that does."""
-    place = np.empty(len(order), dtype=np.int64)
-    place[order] = np.arange(len(order))
-    mine = np.arange(len(order))
+    place, mine = np.argsort(order), np.arange(len(order))
     out = np.zeros((len(order), 3), dtype=np.bool_)
     for k in range(3):
         other = mesh.neighbours[:, (k + 2) % 3]

@@ -24,7 +24,7 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
 from vmachining.toolpath.clpath import CLPath, Mark
-from vmachining.toolpath.facets.contact import cl_points, scallop_step
+from vmachining.toolpath.facets.contact import Located, cl_points, scallop_step
 from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
 from vmachining.toolpath.facets.passes import checked_sizes, directions, overhang_notes
@@ -69,14 +69,8 @@ def _mixed(mesh: FacetMesh, points: Floats, triangles: Ints, normals: Floats) ->
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     n = np.cross(b - a, c - a)
     size = (n * n).sum(axis=1)
-    share = np.stack(
-        [
-            (np.cross(q - p, points - p) * n).sum(axis=1) / size
-            for p, q in ((b, c), (c, a), (a, b))
-        ],
-        axis=1,
-    )  # fmt: skip
-    share = np.clip(share, 0.0, 1.0)
+    parts = [(np.cross(q - p, points - p) * n).sum(axis=1) / size for p, q in ((b, c), (c, a), (a, b))]
+    share = np.clip(np.stack(parts, axis=1), 0.0, 1.0)
     mixed = (share[:, :, None] * normals[triangles]).sum(axis=1)
     size = np.linalg.norm(mixed, axis=1)
     if (size < 1e-12).any():
@@ -101,6 +95,20 @@ class _Ways:
     chord: float
     along: Floats
     across: Floats
+
+    def touching(self, cc: Floats, n: Floats, feed: Floats, delta: float = 0.0) -> Located:
+        """See `cl_points`; delta : degrees of tilt more than asked."""
+        lead, tilt = self.lead, self.tilt + delta
+        return cl_points(cc, n, feed, self.radius, self.corner, lead_deg=lead, tilt_deg=tilt)
+
+
+def _directions(tool: _Ways, points: Floats, which: Ints, sign: float) -> tuple[Floats, Floats]:
+    """(n, 3): upward normals at points on given triangles, and the feed there, along the part."""
+    n = _mixed(tool.surface.mesh, points, which, tool.normals)
+    n[n[:, 2] < 0.0] *= -1.0
+    feed = np.tile([*(sign * tool.along), 0.0], (len(points), 1))
+    feed[:, 2] = -(feed * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)
+    return n, feed
 
 
 class _Poses(NamedTuple):
@@ -127,7 +135,6 @@ def five_axis_raster(
     direction_deg: float = 0.0,
     normals: NormalKind = "angle",
     sharp_deg: float = SHARP_DEG,
-    clear: float | None = None,
 ) -> CLPath:
     """Parallel passes with a leaning tool, there and back; lead and tilt go with the feed of each pass.
 
@@ -136,34 +143,24 @@ def five_axis_raster(
     lead_deg, tilt_deg : of the axis, see `cl_points`. tilt_limit_deg : how far the tilt may leave the asked one.
     normals : of the facets, or of their vertices by a weight. sharp_deg : facets that meet at more are not mixed: the
         edge belongs to the part. 180 mixes all of them.
-    clear : mm, height of rapids, default a radius and 5 mm above the part.
+    Rapids go a radius and 5 mm above the part.
     Raises InputError: Sizes that do not fit, or no point on the part.
     """
     checked_sizes(chord, scallop, step)
     mesh = surface.mesh
     low, high = mesh.bounds
-    top = float(high[2]) + radius + 5.0 if clear is None else clear
+    top = float(high[2]) + radius + 5.0
     along, across = directions(direction_deg)
     corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])])
     (u0, u1), (v0, v1) = ((float((corners @ d).min()), float((corners @ d).max())) for d in (along, across))
     inset = 1e-9 * (v1 - v0)  # a line on the border of the part may miss it by rounding
+    mixed = _corner_normals(mesh, normals, sharp_deg)
     tool = _Ways(
-        surface,
-        radius,
-        corner_radius,
-        lead_deg,
-        tilt_deg,
-        tilt_limit_deg,
-        _corner_normals(mesh, normals, sharp_deg),
-        chord,
-        along,
-        across,
+        surface, radius, corner_radius, lead_deg, tilt_deg, tilt_limit_deg, mixed, chord, along, across
     )
     pieces: list[CLPath] = []
     v, sign = v0 + inset, 1.0
-    fixed = None
-    if step is not None:
-        fixed = (v1 - v0) / int(np.ceil((v1 - v0) / step - 1e-9))
+    fixed = None if step is None else (v1 - v0) / int(np.ceil((v1 - v0) / step - 1e-9))
     while True:
         pieces += _line(tool, v, (u0, u1) if sign > 0 else (u1, u0))
         if v >= v1 - 2.0 * inset:
@@ -191,13 +188,8 @@ def _poses(tool: _Ways, v: float, u: Floats, sign: float) -> _Poses:
     if not len(at):
         return _Poses(u, tips, axes, marks, hit)
     cc = np.column_stack([xy, z])[at]
-    n = _mixed(tool.surface.mesh, cc, which[at], tool.normals)
-    n[n[:, 2] < 0.0] *= -1.0
-    feed = np.tile([*(sign * tool.along), 0.0], (len(at), 1))
-    feed[:, 2] = -(feed * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)  # the feed goes along the part
-    tips[at], axes[at] = cl_points(
-        cc, n, feed, tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt
-    )
+    n, feed = _directions(tool, cc, which[at], sign)
+    tips[at], axes[at] = tool.touching(cc, n, feed)
     lift = np.zeros(len(u))
     lift[at] = tool.surface.lift(tips[at], axes[at], tool.radius, tool.corner)
     blocked = at[lift[at] > tool.chord]
@@ -205,9 +197,7 @@ def _poses(tool: _Ways, v: float, u: Floats, sign: float) -> _Poses:
     for delta in _tilts(tool.limit):
         if not len(blocked):
             break
-        t, a = cl_points(
-            cc[local], n[local], feed[local], tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt + delta
-        )  # fmt: skip
+        t, a = tool.touching(cc[local], n[local], feed[local], delta)
         free = (tool.surface.lift(t, a, tool.radius, tool.corner) <= tool.chord) & (a[:, 2] > 0.1)
         tips[blocked[free]], axes[blocked[free]] = t[free], a[free]
         marks[blocked[free]], lift[blocked[free]] = int(Mark.TURNED), 0.0
@@ -271,9 +261,7 @@ def _line(tool: _Ways, v: float, ends: tuple[float, float]) -> list[CLPath]:
         split &= np.abs(poses.u[asked + 1] - poses.u[asked]) > least
         done[asked] = ~split
         at = asked[split] + 1
-        poses = _Poses(
-            *(np.insert(a, at, b[split], axis=0) for a, b in zip(poses, middle, strict=True))
-        )  # fmt: skip
+        poses = _Poses(*(np.insert(a, at, b[split], axis=0) for a, b in zip(poses, middle, strict=True)))
         done = np.insert(done, at, False)
     pieces = []
     cut = np.flatnonzero(np.diff(np.concatenate([[False], poses.hit, [False]]).astype(np.int64)))
@@ -301,22 +289,19 @@ def _linked(tool: _Ways, pieces: list[CLPath]) -> list[CLPath]:
         ends = [np.stack([a[-1], b[0]]) for a, b in ((last.tips, piece.tips), (last.axes, piece.axes))]
         tips = _between(ends[0][:1], ends[0][1:], share)[0]
         near = np.linalg.norm(ends[0][1] - ends[0][0]) <= 2.0 * tool.radius
-        free = False
         if near and (ends[1][0] * ends[1][1]).sum() > 0.5:
             axes = _turned(ends[1][:1], ends[1][1:], share)[0]
-            free = bool(tool.surface.lift(tips, axes, tool.radius, tool.corner).max() <= 0.5 * tool.chord)
-        if not free:
-            out.append(piece)
-            continue
-        out[-1] = last.followed_by(piece)
+            if tool.surface.lift(tips, axes, tool.radius, tool.corner).max() <= 0.5 * tool.chord:
+                out[-1] = last.followed_by(piece)
+                continue
+        out.append(piece)
     return out
 
 
 def _gap(tool: _Ways, v: float, ends: tuple[float, float], sign: float, scallop: float) -> float:
     """Step over in plan whose highest scallop has the asked height; the next pass goes the other way, and leans the other way."""
-    stations = np.linspace(*ends, int(np.clip(abs(ends[1] - ends[0]) / (tool.radius / 4.0), 16, 2000)) + 2)[
-        1:-1
-    ]
+    count = int(np.clip(abs(ends[1] - ends[0]) / (tool.radius / 4.0), 16, 2000))
+    stations = np.linspace(*ends, count + 2)[1:-1]
     ball = max(tool.corner, scallop)
     base = float(scallop_step(scallop, ball)) if scallop < ball else 2.0 * scallop
 
@@ -332,12 +317,8 @@ def _gap(tool: _Ways, v: float, ends: tuple[float, float], sign: float, scallop:
         frames = []
         for k, way in ((0, sign), (RIDGE_PLACES // 2, sign), (-1, -sign)):
             points = part[:, k]
-            n = _mixed(tool.surface.mesh, points, which[:, k], tool.normals)
-            n[n[:, 2] < 0.0] *= -1.0
-            f = np.tile([*(way * tool.along), 0.0], (len(points), 1))
-            f[:, 2] = -(f * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)
-            at = cl_points(points, n, f, tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt)
-            frames.append((n, f, at))
+            n, f = _directions(tool, points, which[:, k], way)
+            frames.append((n, f, tool.touching(points, n, f)))
         (_, _, one), (n, f, _), (_, _, two) = frames
         return float(leaning_ridges(part, n, f, (one, two), tool.radius, tool.corner).max())
 

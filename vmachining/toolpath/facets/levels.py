@@ -52,13 +52,13 @@ def push_cutter(
     elif along != "x":
         raise InputError(f"along {along!r}: give 'x' or 'y'")
     where = np.ascontiguousarray(places, dtype=np.float64)
+    asked = where, float(z), corners, planes, boxes, float(radius), float(corner_radius)
     out = np.empty((max(1024, 8 * len(where)), 3))
-    count = _kernels.push(where, float(z), corners, planes, boxes, float(radius), float(corner_radius), out)
+    count = _kernels.push(*asked, out)
     if count > len(out):
         out = np.empty((count, 3))
-        _kernels.push(where, float(z), corners, planes, boxes, float(radius), float(corner_radius), out)
-    rows = out[:count]
-    rows = rows[np.lexsort((rows[:, 1], rows[:, 0]))]
+        _kernels.push(*asked, out)
+    rows = out[np.lexsort((out[:count, 1], out[:count, 0]))]
     merged: list[tuple[int, float, float]] = []
     for fibre, low, high in rows.tolist():
         if merged and merged[-1][0] == fibre and low <= merged[-1][2]:
@@ -115,24 +115,21 @@ def waterline_path(
     corner_radius: float,
     *,
     chord: float,
-    pitch: float | None = None,
-    clear: float | None = None,
 ) -> CLPath:
     """Loops at several heights, from above, each reached from a rapid above the part.
 
     Raises InputError: No loop at any height.
     """
-    top = float(surface.mesh.bounds[1, 2]) + 5.0 if clear is None else clear
     pieces, empty = [], []
     for z in sorted(np.atleast_1d(levels).tolist(), reverse=True):
-        loops = waterline(surface, z, radius, corner_radius, chord=chord, pitch=pitch)
+        loops = waterline(surface, z, radius, corner_radius, chord=chord)
         pieces += [CLPath.upright(loop, np.full(len(loop), Mark.CONTACT)) for loop in loops]
         if not loops:
             empty.append(f"{z:g}")
     notes = (f"no loop at z {', '.join(empty)}: the cutter touches nothing there",) if empty else ()
     if not pieces:
         raise InputError("no waterline: the cutter touches nothing at these heights")
-    return CLPath.joined(pieces, clear_mm=top, notes=notes)
+    return CLPath.joined(pieces, clear_mm=float(surface.mesh.bounds[1, 2]) + 5.0, notes=notes)
 
 
 def _crossings(
@@ -178,27 +175,16 @@ def _loops(
     place: dict[tuple[int, int, int, int], tuple[float, float]] = {}
     for i, j in sorted(cells):
         ring: list[tuple[int, int, int, int]] = []
-        for axis, a, b, back in (
-            (0, i, j, False),
-            (1, i + 1, j, False),
-            (0, i, j + 1, True),
-            (1, i, j, True),
-        ):
+        sides = ((0, i, j, False), (1, i + 1, j, False), (0, i, j + 1, True), (1, i, j, True))
+        for axis, a, b, back in sides:
             ends = (on_y if axis else on_x).get((a, b), [])
             keys = [(axis, a, b, k) for k in range(len(ends))]
             for key, end in zip(keys, ends, strict=True):
                 place[key] = (float(xs[a]), end) if axis else (end, float(ys[b]))
             ring += keys[::-1] if back else keys
-        state = bool(inside[i, j])
-        leaves = []
-        for _ in ring:
-            leaves.append(state)
-            state = not state
-        for k, key in enumerate(ring):
-            if leaves[
-                k
-            ]:  # out of the part here, into it at the next end; driven backwards, so that the part lies on the right
-                follow[ring[(k + 1) % len(ring)]] = key
+        # out of the part at every second end, into it at the next; driven backwards, so that the part lies on the right
+        for k in range(int(not inside[i, j]), len(ring), 2):
+            follow[ring[(k + 1) % len(ring)]] = ring[k]
     loops = []
     while follow:
         begin = next(iter(follow))

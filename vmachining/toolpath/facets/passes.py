@@ -124,9 +124,8 @@ def raster(
         offsets = np.linspace(v0, v1, int(np.ceil((v1 - v0) / step - 1e-9)) + 1)
     else:
         assert scallop is not None
-        offsets, more = _offsets(
-            surface, radius, corner_radius, scallop, along, across, (u0, u1, v0, v1), bottom
-        )
+        extent = u0, u1, v0, v1
+        offsets, more = _offsets(surface, radius, corner_radius, scallop, along, across, extent, bottom)
         notes += more
     starts, ends = (u * along + offsets[:, None] * across for u in (u0, u1))
     ways = np.stack([starts, ends], axis=1)
@@ -157,13 +156,7 @@ def directions(degrees: float) -> tuple[Floats, Floats]:
 
 
 def on_part(
-    surface: Surface,
-    radius: float,
-    corner_radius: float,
-    ways: Floats,
-    *,
-    chord: float,
-    floor: float,
+    surface: Surface, radius: float, corner_radius: float, ways: Floats, *, chord: float, floor: float
 ) -> Chords:
     """The tool resting on the part along straight ways in plan (k, 2, 2), in chords that nowhere lie below what was checked.
 
@@ -264,9 +257,7 @@ def _offsets(
     least = LEAST_STEP * plane
     stations = np.linspace(u0, u1, int(np.clip((u1 - u0) / min(plane, radius / 4.0), 16, 4000)) + 1)
     limit = np.cos(np.radians(STEEP_DEG))
-    steep = 0
-    seen = 0
-    bound = False
+    steep, seen, bound = 0, 0, False
 
     def tips(v: float) -> tuple[Floats, Bools]:
         xy = stations[:, None] * along + v * across

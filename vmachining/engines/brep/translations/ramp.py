@@ -150,10 +150,7 @@ class Ramp:
     def _taus(self, k: int) -> tuple[float, float]:
         """tau at the lower and at the upper end of an arc."""
         s, (low, high) = self.tool.segments[k], self._range(k)
-        return (
-            0.0 if low == 0.0 else self._tau(s.beta[0]),
-            np.pi if high == WHOLE else self._tau(s.beta[1]),
-        )
+        return (0.0 if low == 0.0 else self._tau(s.beta[0]), np.pi if high == WHOLE else self._tau(s.beta[1]))
 
     def _strand(self, name: str, k: int, side: int) -> list[Edge]:
         """What bounds a cap on one side of a segment, from bottom to top."""

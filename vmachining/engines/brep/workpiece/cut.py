@@ -24,13 +24,7 @@ from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import shape_of
 from vmachining.engines.brep.occt.booleans import box_of, minus
 from vmachining.engines.brep.occt.measure import volume
-from vmachining.engines.brep.occt.parts import (
-    distance,
-    faces_of,
-    place,
-    point_inside,
-    without_crumbs,
-)
+from vmachining.engines.brep.occt.parts import distance, faces_of, place, point_inside, without_crumbs
 from vmachining.engines.brep.occt.step_out import LabelledFace, volumes_in, write_labelled
 from vmachining.engines.brep.occt.tolerances import ON_SWEEP_MM, WORKPIECE_STEP_REL
 from vmachining.engines.brep.occt.validity import refuse_unsound

@@ -20,11 +20,7 @@ from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.occt.parts import solids_of
 from vmachining.engines.brep.occt.probe import Probe
 from vmachining.engines.brep.occt.shapes import Circle, Curve, Frame, Straight, interpolated
-from vmachining.engines.brep.occt.tolerances import (
-    EDGE_CURVE_FIT_MM,
-    ON_FACE_MM,
-    SLIVER_MM,
-)
+from vmachining.engines.brep.occt.tolerances import EDGE_CURVE_FIT_MM, ON_FACE_MM, SLIVER_MM
 from vmachining.engines.brep.workpiece.cut import block_solids
 from vmachining.stock import Blank
 from vmachining.sweep import Stance, Sweep
