@@ -362,10 +362,7 @@ def _turning(lines: Sequence[str], settings: Settings, said: list[Finding]) -> t
 def read_program(path: Path | str, **options: Any) -> Program:
     """Read a program from a file; options as of `parse_program`.
 
-    Raises
-    ------
-    NCError
-        The file cannot be read, is binary, UTF-16 or larger than `MAX_BYTES`, or the dialect is unknown.
+    Raises NCError: The file cannot be read, is binary, UTF-16 or larger than `MAX_BYTES`, or the dialect is unknown.
     """
     try:
         with Path(path).open("rb") as file:
@@ -378,23 +375,11 @@ def read_program(path: Path | str, **options: Any) -> Program:
 
 
 def parse_program(data: bytes, name: str, **options: Any) -> Program:
-    """Read a program.
+    """Read a program, however wrong its blocks are: see `Program.findings`.
 
-    Parameters
-    ----------
-    data : the bytes of the file; UTF-8 or a one-byte encoding.
-    name : used in messages.
+    data : the bytes of the file; UTF-8 or a one-byte encoding. name : used in messages.
     options : fields of `Settings`.
-
-    Returns
-    -------
-    Program
-        Always, however wrong its blocks are: see `findings`.
-
-    Raises
-    ------
-    NCError
-        Binary or UTF-16 data, a program too large, unknown dialect, option or work offset.
+    Raises NCError: Binary or UTF-16 data, a program too large, unknown dialect, option or work offset.
     """
     settings = Settings.of(name, work_offset_codes(), options)
     if settings.dialect != AUTO and settings.dialect not in TABLE:

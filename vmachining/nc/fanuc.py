@@ -204,9 +204,8 @@ class Translator(Registers):
             out.taken |= set("XYZABC")
         splines = code in (50, 51, 52, 53) and out.has("XYZ") and not out.taken
         others = codes & (CLAIMING - {code})
-        if (self.variant == "okuma" and okuma.code(self, word, code, out)) or (
-            self.variant == "haas" and haas_code(self, word, code, out)
-        ):
+        own = {"okuma": okuma.code, "haas": haas_code}.get(self.variant)
+        if own is not None and own(self, word, code, out):
             return
         if code in (71, 1070):
             if any(out.get(letter) for letter in "ABC"):

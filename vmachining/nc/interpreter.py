@@ -225,19 +225,10 @@ class _Interpreter(Run):
             raise self.fail("E357", word, what)
         if state.rotation != 0.0 and state.plane.name != "xy":
             raise self.fail("E361", word, "compensation outside the XY plane under a rotated work offset")
-        diameter = self._diameter(code, word)
-        side = 1 if code in (410, 411) else -1
-        state.compensation = Compensation(
-            side if diameter >= 0.0 else -side,
-            abs(diameter) / 2.0,
-            state.plane,
-            self.settings.entry,
-            self.settings.corner == "miter",
-            self.settings.corner == "exact",
-            state.turn,
-            short_entry=self.settings.family,
-            lines=self.settings.corner == "line",
-        )
+        diameter, corner = self._diameter(code, word), self.settings.corner
+        side = 1 if (code in (410, 411)) == (diameter >= 0.0) else -1
+        how = self.settings.entry, corner == "miter", corner == "exact", state.turn, self.settings.family
+        state.compensation = Compensation(side, abs(diameter) / 2.0, state.plane, *how, corner == "line")
 
     def _diameter(self, code: int, word: Word) -> float:
         """Of the tool D names or the one in the spindle; negative swaps the sides."""

@@ -170,18 +170,8 @@ class _Scanner:
             at = self._blank(self._item(at))
         if label is not None:
             self._only_label(flow)
-        return LexedLine(
-            text,
-            tuple(self.words),
-            tuple(self.assignments),
-            tuple(self.comments),
-            tuple(self.errors),
-            block_delete,
-            False,
-            label,
-            flow,
-            tuple(self.arguments),
-        )
+        found = tuple(self.words), tuple(self.assignments), tuple(self.comments), tuple(self.errors)
+        return LexedLine(text, *found, block_delete, False, label, flow, tuple(self.arguments))
 
     def _only_label(self, flow: str | None) -> None:
         """An O word has its line alone: the first thing behind it is an error, the rest is not looked at."""

@@ -174,16 +174,10 @@ class Program:
         allow : codes that do not count, e.g. {"W401"} for a program without M2 or M30.
         Raises NCError: The first finding of severity E, with file, line and column.
         """
-        for finding in self.findings:
-            if finding.severity == "E" and finding.code not in allow:
-                raise NCError(
-                    f"{finding.code} {finding.message}",
-                    file=self.name,
-                    line=finding.line,
-                    col=finding.col,
-                    word=finding.word or None,
-                    remedy=finding.hint or None,
-                )
+        f = next((f for f in self.errors if f.code not in allow), None)
+        if f is not None:
+            what, word, remedy = f"{f.code} {f.message}", f.word or None, f.hint or None
+            raise NCError(what, file=self.name, line=f.line, col=f.col, word=word, remedy=remedy)
 
 
 def add(a: Point, b: Point) -> Point:

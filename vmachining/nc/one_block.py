@@ -401,9 +401,8 @@ def line_values(
         try:
             if word.expression is not None:
                 node, rounds = word.expression, memory.family and word.letter in "XYZABCUVWIJKRQ"
-                if (
-                    rounds and "ROUND" in word.text.upper()
-                ):  # in an address to 0.001 mm or degrees, 0.0001 inch
+                # in an address to 0.001 mm or degrees, 0.0001 inch
+                if rounds and "ROUND" in word.text.upper():
                     node = to_least(node, 1e3 if memory.state.scale == 1.0 or word.letter in "ABC" else 1e4)
                 value = evaluate(node, memory)
                 if abs(value) > MAX_VALUE:

@@ -207,12 +207,8 @@ def split_block(lexed: LexedLine, move: Move, modes: Modes, ends: Sequence[float
         inner = points.copy()
         inner[1:-1, axes] = (np.round((points - base) / modes.unit, decimals) * modes.unit + base)[1:-1, axes]
         lengths = tuple(np.linalg.norm(np.diff(inner, axis=0), axis=1).tolist())
-    targets = [
-        _absolute(points[:, a] / modes.unit, words.get(AXES[a]), decimals)
-        if modes.absolute
-        else _increments(points[:, a] / modes.unit, words.get(AXES[a]), decimals)
-        for a in axes
-    ]
+    texts = _absolute if modes.absolute else _increments
+    targets = [texts(points[:, a] / modes.unit, words.get(AXES[a]), decimals) for a in axes]
     columns = dict(zip((AXES[a] for a in axes), targets, strict=True))
     if isinstance(path, Arc):
         center = path.center - shift

@@ -289,9 +289,5 @@ def _from_tip(move: Move, tip: Point, state: State) -> Move:
     if move.motion is not Motion.DWELL:
         return move._replace(start=tip)
     aside = subtract(tip, move.end)
-    return move._replace(
-        start=tip,
-        end=tip,
-        end_machine=add(move.end_machine, aside),
-        end_program=add(move.end_program, state.seen(aside)),
-    )
+    machine, program = add(move.end_machine, aside), add(move.end_program, state.seen(aside))
+    return move._replace(start=tip, end=tip, end_machine=machine, end_program=program)

@@ -227,14 +227,8 @@ class State:
         """Set `synced`: machine = simulation + lag; and `plain`: nothing bends the short cut."""
         gap = subtract(subtract(self.machine, self.sim), self.lag)
         self.synced = max(abs(gap[0]), abs(gap[1]), abs(gap[2])) < SYNC_MM
-        straight = (
-            self.synced
-            and self.rotation == 0.0
-            and self.tip is None
-            and self.carried is None
-            and self.held is None
-            and self.axis == UP
-        )
+        upright = self.rotation == 0.0 and self.carried is None and self.axis == UP
+        straight = upright and self.synced and self.tip is None and self.held is None
         self.plain = straight and self.compensation is None
         self.offset = straight and self.compensation is not None
 

@@ -124,14 +124,12 @@ def _fusion(data: Mapping[str, Any]) -> dict[int, ToolNote]:
 
 def _bit(data: Mapping[str, Any], name: str) -> ToolNote:
     sizes = data.get("parameter") or {}
-    diameter, corner, flutes = (
-        _number(next((sizes[key] for key in keys if key in sizes), None))
-        for keys in (
-            ("Diameter", "CuttingEdgeDiameter"),
-            ("TorusRadius", "FlatRadius", "CornerRadius"),
-            ("Flutes",),
-        )
-    )
+
+    def size(*keys: str) -> float | None:
+        return _number(next((sizes[key] for key in keys if key in sizes), None))
+
+    diameter, flutes = size("Diameter", "CuttingEdgeDiameter"), size("Flutes")
+    corner = size("TorusRadius", "FlatRadius", "CornerRadius")
     kind = _kind(str(data.get("shape", "")))
     angle = _number(sizes.get("TipAngle", sizes.get("CuttingEdgeAngle")))
     if kind == "chamfer" and angle is not None:

@@ -8,7 +8,7 @@
 | `control.py` | path blocks, M codes |
 | `contour.py` | path functions, approaches and departures |
 | `cycles.py` | drilling cycles and patterns |
-| `coordinates.py`, `planes.py` | datum shift, mirror, rotation, scale, tilted planes |
+| `coordinates.py` | datum shift, mirror, rotation, scale, tilted planes |
 
 What is honoured, accepted with a note and refused: docs/heidenhain.md. Positions become moves in `nc/pen.py`.
 Source: HEIDENHAIN TNC 640 user's manuals (public).

@@ -10,7 +10,6 @@ from typing import Final
 from vmachining.nc.execution import FREE, Block, Execution
 from vmachining.nc.formula import FormulaError, evaluate
 from vmachining.nc.heidenhain.contour import AXES
-from vmachining.nc.heidenhain.planes import Planes
 from vmachining.nc.heidenhain.text import Word, blocks
 from vmachining.nc.model import PenError, misread, refused
 from vmachining.nc.pen import Pen
@@ -238,7 +237,6 @@ class Flow(Execution):
     ) -> None:
         super().__init__(settings)
         self.q = Parameters(self.pen)
-        self.planes = Planes()
         self.split = split
         self.blocks = split(lines)
         self.labels = _labels(self.blocks)
