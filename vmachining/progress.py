@@ -1,12 +1,16 @@
-"""How far a long call is, shown where its caller looks: in a notebook below the cell, else on stderr."""
+"""How far a long call is, shown where its caller looks: in a notebook below the cell, else on stderr; and `stop_flag`, signals of
+the user as a question that it asks now and then."""
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from html import escape
+from types import FrameType
 from typing import Any
 
 Progress = Callable[[str, int, int], None]
@@ -69,3 +73,32 @@ def _terminal() -> tuple[Progress, Callable[[], None]]:
         sys.stderr.flush()
 
     return write, close
+
+
+@contextmanager
+def stop_flag(given: Callable[[], bool] | None = None) -> Iterator[Callable[[], bool]]:
+    """Turns the first SIGINT or SIGTERM into a flag; the second one acts as usual. Main thread only.
+
+    given : a flag of somebody who decides about signals himself.
+    """
+    if given is not None:
+        yield given
+        return
+    asked = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield asked.is_set
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def handler(number: int, frame: FrameType | None) -> None:
+        asked.set()
+        for known, old in before.items():
+            signal.signal(known, old)
+
+    for number in before:
+        signal.signal(number, handler)
+    try:
+        yield asked.is_set
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)

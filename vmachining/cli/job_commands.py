@@ -251,7 +251,7 @@ class Describe:
     as_json: Json = False
 
 
-@command(shows, "view:view", "view out/slot", "view models/slot/job.toml --port 8000")
+@command(shows, "show:view", "view out/slot", "view models/slot/job.toml --port 8000")
 class View:
     """The report in a browser, on loopback only: of a job while it runs and whenever its files change. Ends with Ctrl-C."""
 

@@ -37,7 +37,7 @@ class Code(IntEnum):
 def main(argv: Sequence[str] | None = None) -> None:
     gc.set_threshold(GARBAGE)
     try:
-        # in every phase; a run listens by itself, see `job/stopping.py`
+        # in every phase; a run listens by itself, see `progress.stop_flag`
         for number in (signal.SIGINT, signal.SIGTERM):
             # `nohup` and background jobs of a shell have it ignored
             if signal.getsignal(number) is not signal.SIG_IGN:

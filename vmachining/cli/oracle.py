@@ -17,7 +17,6 @@ from vmachining.errors import InputError
 from vmachining.job import Job, Stopped, check_formats
 from vmachining.job.batch import safe_name
 from vmachining.job.brep import parse_brep
-from vmachining.job.stopping import stop_flag
 from vmachining.oracle import (
     Comparison,
     EngagementComparison,
@@ -33,6 +32,7 @@ from vmachining.oracle import (
 from vmachining.oracle import compare as judged
 from vmachining.oracle import compare_engines as run_engines
 from vmachining.oracle.compare import FINDINGS
+from vmachining.progress import stop_flag
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -11,7 +11,7 @@
 |---|---|
 | `jobfile.py`, `model.py`, `words.py` | `Job`: the job file, units, refusals with line and suggestion |
 | `reading.py`, `paths.py`, `toolpath.py`, `timing.py` | the program of a job: paths, blocks, times |
-| `run.py`, `course.py`, `given.py`, `cutting.py`, `simulate.py`, `executor.py`, `stopping.py` | `run`, its stages, signals |
+| `run.py`, `course.py`, `given.py`, `cutting.py`, `simulate.py`, `executor.py` | `run`, its stages |
 | `record.py`, `store.py` | manifest and checkpoints of a run, what stages cost; what may differ when it continues |
 | `contact.py`, `engage.py`, `engagement_columns.py`, `stations.py` | rapids, shank and holder; what the cutting edges touch |
 | `chunks.py` | chunks of blocks side by side |

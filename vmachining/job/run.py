@@ -17,9 +17,8 @@ from vmachining.job.given import RunOptions
 from vmachining.job.jobfile import Job
 from vmachining.job.parts import Part, Parts
 from vmachining.job.result import RunResult
-from vmachining.job.stopping import stop_flag
 from vmachining.job.store import PARTS
-from vmachining.progress import Progress, shown
+from vmachining.progress import Progress, shown, stop_flag
 from vmachining.tolerance import BREP_SECONDS
 
 

@@ -18,8 +18,7 @@ from vmachining.job.jobfile import Job
 from vmachining.job.parts import Part, Parts, read_parts
 from vmachining.job.record import refuse_other_job
 from vmachining.job.simulate import Stopped
-from vmachining.job.stopping import stop_flag
-from vmachining.progress import Progress
+from vmachining.progress import Progress, stop_flag
 
 PARTS = "parts"
 """Directory of the parts in that of the result, until they are merged."""

@@ -18,7 +18,7 @@ from vmachining.job.batch.one import BATCH_COLUMNS, Ended, Order, Pool, Row, mar
 from vmachining.job.files import atomic_path, make_folder, versions
 from vmachining.job.folder import FolderLock, ResultFolder, now, program_words
 from vmachining.job.jobfile import Job
-from vmachining.job.stopping import stop_flag
+from vmachining.progress import stop_flag
 
 LEDGER = "batch.json"
 """Manifest of a batch: what made its table, page and data set."""
