@@ -133,8 +133,6 @@ def edge_speeds(
 ) -> Speeds:
     """Speeds of an edge at phi.
 
-    Parameters
-    ----------
     velocity : (..., 3) mm/s (or per block) of the tip.
     frame, phi : (..., 3, 3), (...,) rad.
     omega : (..., 3) rad/s of the tool body. axis_rate : (..., 3) 1/s, dw/dt = omega x w, instead of it.

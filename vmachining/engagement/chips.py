@@ -47,8 +47,6 @@ def chip_table(
 ) -> pl.DataFrame:
     """Chip geometry at every angle of the grid, see the module.
 
-    Parameters
-    ----------
     feed_per_tooth : mm; 1 gives thickness and area per mm of it.
     normal : (3,) design normal of the depth; None leaves it empty.
     """
@@ -94,15 +92,8 @@ def chip_points(
     thick = feed_per_tooth * np.maximum(found.stance.normal_speed(found.edge, phi, piece, s), 0.0) / tip
     at = found.edge.at(piece, s)
     normal = at.n_r[:, None] * found.stance.radial(phi - at.lag) + at.n_z[:, None] * found.stance.axis
-    columns = (
-        np.degrees(phi),
-        np.repeat(number, points),
-        np.tile(share, len(number)),
-        *where.T,
-        *normal.T,
-        thick,
-        s,
-    )
+    places = np.degrees(phi), np.repeat(number, points), np.tile(share, len(number))
+    columns = *places, *where.T, *normal.T, thick, s
     names = (
         "phi_deg", "interval", "share", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "thickness_mm", "edge_mm",
     )  # fmt: skip

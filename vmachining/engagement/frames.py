@@ -103,16 +103,11 @@ def tip_of_contact(
 ) -> Floats:
     """(..., 3) mm: tip T of a tool of unit axis that touches a surface of unit normal at a contact point CC.
 
-    Parameters
-    ----------
     rm, r : mm, radius of the centre circle of the corner, and of the corner; R = rm + r.
     toward : (..., 3) direction from the tool axis to the contact where the normal is the axis and leaves it open;
         the feed, as a rule.
 
-    Raises
-    ------
-    InputError
-        The normal is the axis and no direction was given, and the tool is not a ball.
+    Raises InputError: The normal is the axis and no direction was given, and the tool is not a ball.
     """
     cc, n, w = (np.asarray(v, dtype=np.float64) for v in (contact, normal, axis))
     cos = (n * w).sum(axis=-1, keepdims=True)

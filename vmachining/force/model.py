@@ -33,11 +33,8 @@ class Forces:
 
     def columns(self, feed: ArrayLike | None = None) -> Floats:
         """(positions, angles, 5) at a feed per tooth, mm; that of the motion if none is given."""
-        f = (
-            self.feed
-            if feed is None
-            else np.broadcast_to(np.asarray(feed, dtype=np.float64), self.feed.shape)
-        )
+        asked = self.feed if feed is None else np.asarray(feed, dtype=np.float64)
+        f = np.broadcast_to(asked, self.feed.shape)
         return np.asarray(self.slope * f[:, None, None] + self.edge)
 
     @property

@@ -167,12 +167,9 @@ class Arc:
     def split(self, fractions: Sequence[float]) -> list[Arc]:
         """Pieces between consecutive fractions (0 and 1 are added)."""
         ts = [0.0, *fractions, 1.0]
-        return [
-            Arc(
-                self.position(a), self.center, self.axis, angle=(b - a) * self.angle, rise=(b - a) * self.rise
-            )
-            for a, b in pairwise(ts)
-        ]
+        whole = self.angle, self.rise
+        parts = [(self.position(a), [(b - a) * v for v in whole]) for a, b in pairwise(ts)]
+        return [Arc(p, self.center, self.axis, angle=angle, rise=rise) for p, (angle, rise) in parts]
 
 
 Path: TypeAlias = Line | Arc

@@ -30,10 +30,6 @@ class Blank:
         if self.kind == "box":
             return np.array([self.lo, self.hi], dtype=np.float64)
         if self.kind == "cylinder":
-            x, y = self.center
-            low, high = (
-                (x - self.radius, y - self.radius, self.lo[2]),
-                (x + self.radius, y + self.radius, self.hi[2]),
-            )
-            return np.array([low, high], dtype=np.float64)
+            (x, y), r = self.center, self.radius
+            return np.array([(x - r, y - r, self.lo[2]), (x + r, y + r, self.hi[2])], dtype=np.float64)
         return None

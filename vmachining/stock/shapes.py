@@ -39,12 +39,8 @@ class Triangles(NamedTuple):
     @property
     def volume(self) -> float:
         """mm^3 inside, if they are closed."""
-        return float(
-            _kernels.enclosed(
-                np.require(self.vertices, np.float64, ["C", "W"]),
-                np.require(self.triangles, np.int64, ["C", "W"]),
-            )
-        )
+        kinds = (self.vertices, np.float64), (self.triangles, np.int64)
+        return float(_kernels.enclosed(*(np.require(v, kind, ["C", "W"]) for v, kind in kinds)))
 
 
 class Stock(Protocol):
@@ -227,7 +223,6 @@ class MeshStock:
         A line through an edge or a corner counts as if it stood a little aside, at the same side for all triangles.
         """
         where = np.array(places, dtype=np.float64)
-        counts = np.zeros(len(where), dtype=np.int64)
         found = []
         todo = np.arange(len(where))
         for _ in range(TRIES):
@@ -238,11 +233,10 @@ class MeshStock:
                 break
             where[todo] += NUDGE_MM
         ray, height, enters = (np.concatenate(column) for column in zip(*found, strict=True))
-        counts += np.bincount(ray[enters], minlength=len(where))
+        counts = np.bincount(ray[enters], minlength=len(where))
         order = np.argsort(ray, kind="stable")
         height, enters = height[order], enters[order]
-        rays = RayIntervals(counts, height[enters], height[~enters])
-        return _joined(rays)
+        return _joined(RayIntervals(counts, height[enters], height[~enters]))
 
     def _hits(self, places: Floats) -> tuple[Ints, Floats, Bools, Ints]:
         """Line, height and kind of the ends of all intervals, line by line, rising; and lines that do not close.
@@ -353,16 +347,11 @@ def _pseudonormals(a: Floats, b: Floats, c: Floats, corner: Ints, normal: Floats
     """(m, 7, 3): of faces, edges (sum of both faces) and corners (sum by the angle of every face there)."""
     out = np.empty((len(a), 7, 3))
     out[:, 0] = normal
-    for k, (i, j) in enumerate(((0, 1), (1, 2), (2, 0))):
-        ends = np.sort(corner[:, [i, j]], axis=1)
-        if k == 0:
-            every, sides = ends, normal
-        else:
-            every, sides = np.concatenate([every, ends]), np.concatenate([sides, normal])
+    every = np.sort(np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]]), axis=1)
     _, edge = np.unique(every, axis=0, return_inverse=True)
     edge = edge.reshape(-1)
     total = np.zeros((edge.max() + 1, 3))
-    np.add.at(total, edge, sides)
+    np.add.at(total, edge, np.tile(normal, (3, 1)))
     out[:, 1:4] = total[edge].reshape(3, -1, 3).transpose(1, 0, 2)
     at = np.zeros((corner.max() + 1, 3))
     for k, (p, q, r) in enumerate(((a, b, c), (b, c, a), (c, a, b))):

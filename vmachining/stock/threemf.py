@@ -90,10 +90,8 @@ class _Reader:
         if not triangles:
             raise self.refusal("holds no triangles")
         shift = np.cumsum([0, *map(len, vertices)])
-        scale = UNITS_MM[model.unit]
-        return scale * np.concatenate(vertices), np.concatenate(
-            [faces + first for faces, first in zip(triangles, shift, strict=False)]
-        )
+        moved = [faces + first for faces, first in zip(triangles, shift, strict=False)]
+        return UNITS_MM[model.unit] * np.concatenate(vertices), np.concatenate(moved)
 
     def root(self) -> str:
         """Name of the part that the package starts with."""
@@ -184,9 +182,7 @@ class _Reader:
             raise self.refusal(f"components are nested more than {MAX_DEPTH} deep")
         if (part, key) not in self.sizes:
             one = self.object(part, key)
-            own = (
-                8 * (len(one.vertices) + len(one.triangles)) + 256
-            )  # an object without triangles costs a call
+            own = 8 * (len(one.vertices) + len(one.triangles)) + 256  # an empty object costs a call
             self.sizes[part, key] = own + sum(self.weight(p, k, depth + 1) for p, k, _ in one.components)
         return self.sizes[part, key]
 

@@ -28,10 +28,7 @@ class AptTool(Cutter):
     u = d/2 (1 - tan(alpha) tan(beta)); the corner circle about (e, f) joins them. With r = 0 they meet in a
     sharp edge at d/2 and e, f are not used. `length` defaults to h; a longer tool continues as a cylinder.
 
-    Raises
-    ------
-    ToolError
-        A parameter out of range, or a corner circle that misses the bottom or the side line.
+    Raises ToolError: A parameter out of range, or a corner circle that misses the bottom or the side line.
     """
 
     d: float

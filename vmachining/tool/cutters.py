@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from vmachining.arrays import Floats
 from vmachining.errors import ToolError
 from vmachining.tool.named import Named
 from vmachining.tool.profile import Profile
@@ -75,18 +76,16 @@ class Cutter(metaclass=Named):
 
     def __repr__(self) -> str:
         """As it was made: the sizes given, those of the tip first."""
-        shown = [
-            (f.name, getattr(self, f.name))
-            for f in fields(self)
-            if f.init and getattr(self, f.name) != f.default
-        ]
-        shown = [(name, value) for name, value in shown if name != "name" or value != self._label()]
-        shown.sort(key=lambda item: item[0] in Cutter.__dataclass_fields__)
-        sizes = ", ".join(
+        own = {f.name: self._label() if f.name == "name" else f.default for f in fields(self) if f.init}
+        given = {
+            name: getattr(self, name) for name in sorted(own, key=Cutter.__dataclass_fields__.__contains__)
+        }
+        sizes = [
             f"{name}={value:.9g}" if isinstance(value, float) else f"{name}={value!r}"
-            for name, value in shown
-        )
-        return f"{type(self).__name__}({sizes})"
+            for name, value in given.items()
+            if value != own[name]
+        ]
+        return f"{type(self).__name__}({', '.join(sizes)})"
 
     @abstractmethod
     def _check(self) -> None:
@@ -222,16 +221,17 @@ class ProfileTool(Cutter):
 
     def __post_init__(self) -> None:
         if not self.length:
-            rows = np.array(self.points, dtype=np.float64)
-            if rows.ndim != 2 or rows.shape[1] != 2 or len(rows) < 2:
-                raise ToolError("profile: give at least two rows [r, z]", word="profile")
-            object.__setattr__(self, "length", float(rows[-1, 1]))
+            object.__setattr__(self, "length", float(self._points()[-1, 1]))
         super(ProfileTool, self).__post_init__()
 
-    def _check(self) -> None:
+    def _points(self) -> Floats:
         rows = np.array(self.points, dtype=np.float64)
         if rows.ndim != 2 or rows.shape[1] != 2 or len(rows) < 2:
             raise ToolError("profile: give at least two rows [r, z]", word="profile")
+        return rows
+
+    def _check(self) -> None:
+        rows = self._points()
         if rows[0, 1] != 0.0:
             raise ToolError(
                 f"profile: starts at z {rows[0, 1]:g} mm", word="profile", remedy="the tip is z = 0"
@@ -277,13 +277,9 @@ def _corner_fits(length: float, corner: float) -> None:
 def corner_profile(radius: float, corner: float, half_angle: float, length: float) -> Profile:
     """Flat bottom, tangent corner arc, tangent flank.
 
-    Parameters
-    ----------
     radius : mm, outer radius of the corner torus (of the flat end if corner is 0).
     corner : mm. half_angle : rad between axis and flank. length : mm.
 
-    Notes
-    -----
     The corner turns from the bottom (normal -90 degrees) to the flank (normal -half_angle), so it ends at
     (c + R cos(half_angle), R - R sin(half_angle)) with c = radius - R.
     """

@@ -111,9 +111,8 @@ class Edge:
     @property
     def area(self) -> float:
         """mm^2 of the surface the edge draws around the axis."""
-        return float(
-            2.0 * np.pi * self.moment(np.arange(len(self.segments)), self.joints[:-1], self.joints[1:]).sum()
-        )
+        pieces = np.arange(len(self.segments))
+        return float(2.0 * np.pi * self.moment(pieces, self.joints[:-1], self.joints[1:]).sum())
 
     def whole(self, rows: int, code: int) -> EdgeParts:
         """All of the edge at `rows` rotation angles; both ends of every segment carry a code."""

@@ -12,16 +12,8 @@ from vmachining.tool.apt import AptTool
 from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper
 
 COMMON = (
-    "number",
-    "name",
-    "type",
-    "length_mm",
-    "flute_length_mm",
-    "flutes",
-    "helix_deg",
-    "shank_diameter_mm",
-    "holder",
-)
+    "number", "name", "type", "length_mm", "flute_length_mm", "flutes", "helix_deg", "shank_diameter_mm", "holder",
+)  # fmt: skip
 OWN = {
     "flat": ("diameter_mm",),
     "ball": ("diameter_mm",),
@@ -75,11 +67,8 @@ def tool_from_mapping(mapping: Mapping[str, Any], *, scale: float = 1.0) -> Cutt
         if key not in allowed:
             near = get_close_matches(str(key), allowed, n=1)
             elsewhere = any(key in keys for keys in OWN.values())
-            hint = (
-                f"did you mean {near[0]}"
-                if near and not elsewhere
-                else f"type {kind!r} takes {', '.join(allowed)}"
-            )
+            known = f"type {kind!r} takes {', '.join(allowed)}"
+            hint = f"did you mean {near[0]}" if near and not elsewhere else known
             raise ToolError(
                 f"{label}: key {key} does not belong to type {kind!r}", word=str(key), remedy=hint
             )
@@ -192,9 +181,8 @@ class _Reader:
         rows = self.mapping.get(key)
         if rows is None and not required:
             return ()
-        if not isinstance(rows, (list, tuple)) or not all(
-            isinstance(r, (list, tuple)) and len(r) == 2 for r in rows
-        ):
+        kinds = list, tuple
+        if not isinstance(rows, kinds) or not all(isinstance(r, kinds) and len(r) == 2 for r in rows):
             raise ToolError(
                 f"{self.label}: {key} must be rows [r_mm, z_mm]", word=key, remedy="from the tip up"
             )

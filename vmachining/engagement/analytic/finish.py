@@ -38,17 +38,11 @@ STEPS_PER_RADIUS = 50
 def circle_length(cq: ArrayLike, tilt: ArrayLike, radius: ArrayLike, lean: ArrayLike) -> Floats:
     """(...,) mm from a point to a circular profile, along a line that leans from the vertical.
 
-    Parameters
-    ----------
     cq : vertical distance of the profile above the point. tilt : d, of its normal there. radius : signed, R > 0 convex
         (the line leaves the circle), R < 0 concave (it meets it first). lean : toward the positive direction.
 
-    Returns
-    -------
     NaN where the line misses the circle.
 
-    Notes
-    -----
     p = (R sin d, R cos d - Cq), e = (sin th, cos th), s = -p.e +- sqrt((p.e)^2 - |p|^2 + R^2): the same as the chains of
     triangles 6-8 to 6-19 corrected, without their cancellation.
     """
@@ -104,18 +98,14 @@ def staged_length(patch: Patch, point: ArrayLike, theta_a: float, theta_b: float
 
     Stage 1 leans by theta_b in the x-z plane, stage 2 finds the radius there, stage 3 leans by -theta_a toward +y.
 
-    Raises
-    ------
-    InputError
-        The model has no height over the point, or the point is not below it.
+    Raises InputError: The model has no height over the point, or the point is not below it.
     """
     c = np.asarray(point, dtype=np.float64)
     cq = float(patch.projection(c))
     if not cq > 0.0:
+        above = f"the surface is {cq:g} mm above the point"
         raise InputError(
-            f"the surface is {cq:g} mm above the point"
-            if np.isfinite(cq)
-            else "the model has no height over the point",
+            above if np.isfinite(cq) else "the model has no height over the point",
             remedy="the edge is above the surface there, or another normal v1 fits better",
         )
     sx, sy = patch.along_x, patch.along_y
@@ -142,20 +132,13 @@ def staged_lengths(
 ) -> Floats:
     """(m,) mm, lengths of cut of a flat cutter at angles phi (m,) by the published stages, corrected.
 
-    Parameters
-    ----------
     grid : normals of the surface. contact : (3,) mm, CC. tip, frame, velocity : (3,), (3, 3), (3,) of one position.
     patches : 1: the model around the normal nearest to the contact. 2: one up to 90 degrees from the feed and one beyond,
         each around the middle of its half of the rim. None: one for every angle.
 
-    Returns
-    -------
     0 where the rim is above the model, NaN where the model has no height.
 
-    Raises
-    ------
-    InputError
-        A cutter with a corner (see `station_ends`), another number of patches.
+    Raises InputError: A cutter with a corner (see `station_ends`), another number of patches.
     """
     if corner.r > 0.0:
         raise InputError(
@@ -237,17 +220,12 @@ def finished(
 
     z(Q(s)) - S(x, y) is followed from the lower end of the edge in steps of r / 50, each change of sign is a root.
 
-    Parameters
-    ----------
     tip .. bottom : as of `engaged`.
     x, y : walls of the workpiece, mm; start and end of a path.
     reach : mm of the cylinder that is looked at; None: all of the flute, at most three diameters.
 
-    Raises
-    ------
-    InputError
-        The surface has no height somewhere over the edge and inside the walls (a circular profile that ends), or as of
-        `engaged`.
+    Raises InputError: The surface has no height somewhere over the edge and inside the walls (a circular profile that
+        ends), or as of `engaged`.
     """
     moves, angles = moving(tip, frame, phi, velocity, axis_rate)
     where, frames, speed, rate = moves
@@ -303,7 +281,7 @@ def finished(
     who, a, b = who[order], a[order], b[order]
     count = np.bincount(who, minlength=n * m)
     most = max(int(count.max(initial=0)), 1)
-    lower, upper = np.full((n * m, most), np.nan), np.full((n * m, most), np.nan)
+    lower, upper = np.full((2, n * m, most), np.nan)
     place = np.arange(len(who)) - np.repeat(np.cumsum(count) - count, count)
     lower[who, place], upper[who, place] = a, b
     return Pass(

@@ -147,11 +147,8 @@ def station(patch: Patch, corner: Corner, tip: ArrayLike, frame: ArrayLike, phi:
         s = corner.r * lam
     else:
         cs, radius, angle, shape = staged(p)
-        along = (
-            slope_length(cs, angle, lean2)
-            if shape.shape in LINES
-            else circle_length(cs, angle, radius, lean2)
-        )
+        line = shape.shape in LINES
+        along = slope_length(cs, angle, lean2) if line else circle_length(cs, angle, radius, lean2)
         s = corner.r * chip.QUARTER + float(along)
     z = float(chip.edge_points(tip, m, phi, s, corner.rm, corner.r)[2]) if np.isfinite(s) else np.nan
     return StationEnd(place, s, z)

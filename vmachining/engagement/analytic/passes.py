@@ -40,12 +40,8 @@ class Corner:
     flute: float = LONG_MM
 
     def __post_init__(self) -> None:
-        if not (
-            self.rm >= 0.0
-            and self.r >= 0.0
-            and 0.0 < self.rm + self.r < np.inf
-            and 0.0 <= self.flute < np.inf
-        ):
+        positive = min(self.rm, self.r, self.flute) >= 0.0 and self.radius > 0.0
+        if not (positive and self.radius < np.inf and self.flute < np.inf):
             raise ToolError(f"a cutter of radii {self.rm:g} + {self.r:g} mm and {self.flute:g} mm of flute")
 
     @property
@@ -130,10 +126,8 @@ class Pass:
         within = np.where(round_, np.clip(crest, self.lower, self.upper), self.lower)
         at = chip.Speeds(*(v[..., None] for v in speeds))
         scale = chip.feed_scale(feed_per_tooth, at)
-        best = [
-            np.nan_to_num(chip.chip_thickness(s, at, c.rm, c.r, scale))
-            for s in (self.lower, within, self.upper)
-        ]
+        asked = self.lower, within, self.upper
+        best = [np.nan_to_num(chip.chip_thickness(s, at, c.rm, c.r, scale)) for s in asked]
         return np.asarray(np.max(best, axis=0).max(axis=-1, initial=0.0))
 
     def points(self, *, upper: bool) -> Floats:
@@ -159,18 +153,13 @@ def engaged(
 ) -> Pass:
     """Engaged intervals by the exact general rule: all crossings with walls, tops and floor, midpoints tested.
 
-    Parameters
-    ----------
     tip : (n, 3) or (3,) mm. frame : (n, 3, 3) or (3, 3), `frames.rotation`.
     phi : (m,) rad in the tool frame, or (n, m) for every position its own.
     velocity, axis_rate : (n, 3) or (3,), of the tip and of the axis; without a rate the axis keeps its direction.
     facing : only where N . V > 0. False: all of the edge, as geometry tests do.
     bottom : with the disc inside the corner.
 
-    Raises
-    ------
-    InputError
-        Shapes that do not fit, values that are not finite, a frame that is not a rotation.
+    Raises InputError: Shapes that do not fit, values that are not finite, a frame that is not a rotation.
     """
     moves, angles = moving(tip, frame, phi, velocity, axis_rate)
     n, m = len(moves.tip), angles.shape[1]
@@ -191,11 +180,8 @@ def found_intervals(rows: int, fill: Callable[[_kernels.Found], None]) -> tuple[
     """Lower and upper ends (rows, k) that a kernel finds, with as much room as it needs; NaN after the last one."""
     capacity = FIRST_CAPACITY
     while True:
-        found = _kernels.Found(
-            np.full((rows, capacity), np.nan),
-            np.full((rows, capacity), np.nan),
-            np.zeros(rows, dtype=np.int64),
-        )
+        lower, upper = np.full((2, rows, capacity), np.nan)
+        found = _kernels.Found(lower, upper, np.zeros(rows, dtype=np.int64))
         fill(found)
         most = int(found.many.max(initial=0))
         if most <= capacity:
@@ -208,17 +194,10 @@ def moving(
 ) -> tuple[_kernels.Moves, Floats]:
     """Positions and motion as columns of equal length, and angles (n or 1, m), checked.
 
-    Raises
-    ------
-    InputError
-        Shapes that do not fit, values that are not finite, a frame that is not a rotation.
+    Raises InputError: Shapes that do not fit, values that are not finite, a frame that is not a rotation.
     """
-    given = {
-        "tip": tip,
-        "frame": frame,
-        "velocity": velocity,
-        "axis_rate": 0.0 if axis_rate is None else axis_rate,
-    }
+    rate = 0.0 if axis_rate is None else axis_rate
+    given = {"tip": tip, "frame": frame, "velocity": velocity, "axis_rate": rate}
     shapes = {"tip": (3,), "frame": (3, 3), "velocity": (3,), "axis_rate": (3,)}
     where = np.array(tip, dtype=np.float64, ndmin=2)
     angles = np.array(phi, dtype=np.float64, ndmin=2)

@@ -36,10 +36,7 @@ class Records:
 
     Between two records tip and rotations are linear in time.
 
-    Raises
-    ------
-    InputError
-        Fewer than two records, columns of different lengths, values that are not finite.
+    Raises InputError: Fewer than two records, columns of different lengths, values that are not finite.
     """
 
     tip: Floats
@@ -75,8 +72,6 @@ class Records:
 
         At a record the motion is that of the interval that begins there, at the last one that which ends there.
 
-        Parameters
-        ----------
         feed_mm_min : of the tip, one or (n - 1,) for every interval. None: every interval takes 1 s.
         """
         u = np.array(where, dtype=np.float64, ndmin=1)

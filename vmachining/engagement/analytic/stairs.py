@@ -20,10 +20,7 @@ class HeightStock:
     A cell of top -inf is empty. Cells are closed: a point on a wall belongs to the cells on both sides. The outer
     breaks may be infinite. `floor` is the height of the bottom.
 
-    Raises
-    ------
-    StockError
-        Breaks that do not rise, heights of another shape, NaN.
+    Raises StockError: Breaks that do not rise, heights of another shape, NaN.
     """
 
     x: Floats
@@ -70,10 +67,7 @@ class HeightStock:
         Cells reach half way to the neighbours, and as far on the outside. Places of the grid without a vector are
         empty.
 
-        Raises
-        ------
-        StockError
-            Two vectors at one place, fewer than two in a direction.
+        Raises StockError: Two vectors at one place, fewer than two in a direction.
         """
         p = np.array(points, dtype=np.float64)
         if p.ndim != 2 or p.shape[1] != 3 or not len(p) or not np.isfinite(p).all():

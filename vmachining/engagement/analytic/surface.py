@@ -106,10 +106,7 @@ class Patch:
     def of_normals(cls, v1: ArrayLike, v2: ArrayLike, v3: ArrayLike) -> Patch:
         """From rows (x, y, z, mu_x, mu_y): v1, its neighbour v2 in x, its neighbour v3 in y.
 
-        Raises
-        ------
-        InputError
-            A neighbour in the same place.
+        Raises InputError: A neighbour in the same place.
         """
         a, b, c = (np.asarray(v, dtype=np.float64) for v in (v1, v2, v3))
         if a[0] == b[0] or a[1] == c[1]:

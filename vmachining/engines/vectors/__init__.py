@@ -38,10 +38,16 @@ upright vectors are of first order in the slope.
 """
 
 from vmachining.engines.settings import VectorSettings
-from vmachining.engines.vectors.accuracy import simulation_spacing, spacing_for, wall_angle
+from vmachining.engines.vectors.accuracy import (
+    grid_pitch,
+    representation_spacing,
+    simulation_spacing,
+    spacing_for,
+    wall_angle,
+)
 from vmachining.engines.vectors.along import NormalVectors
 from vmachining.engines.vectors.engine import VectorEngine
-from vmachining.engines.vectors.part import Points
+from vmachining.engines.vectors.part import Points, features
 from vmachining.engines.vectors.upright import UprightVectors
 
 __all__ = [
@@ -50,6 +56,9 @@ __all__ = [
     "UprightVectors",
     "VectorEngine",
     "VectorSettings",
+    "features",
+    "grid_pitch",
+    "representation_spacing",
     "simulation_spacing",
     "spacing_for",
     "wall_angle",
