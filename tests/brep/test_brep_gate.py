@@ -29,6 +29,7 @@ from vmachining.engines.brep import (
     isolated,
     isolated_steps,
     process,
+    solid,
 )
 from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.removal.attempts import ATTEMPTS
@@ -221,6 +222,9 @@ def test_what_runs_in_a_separate_process_cannot_take_us_with_it(monkeypatch: pyt
         isolated(os.abort, seconds=60.0)
     with pytest.raises(EngineError, match=r"no answer within 0\.1 s"):
         isolated(time.sleep, 60.0, seconds=0.1)
+    wound = Sweep.along(FLAT, Arc((10, 0, 0), (0, 0, 0), 2, angle=2.0 * pi, rise=-2.0))
+    with pytest.raises(SweepError, match=r"; take engines\.brep\.solids"):
+        isolated(solid, wound, seconds=60.0)
     elsewhere = ModuleType("elsewhere")
     exec("def found_only_here(): pass", vars(elsewhere))
     monkeypatch.setitem(sys.modules, "elsewhere", elsewhere)

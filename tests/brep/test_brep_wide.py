@@ -5,16 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.turned_blocks import unit
 from vmachining import BallNose, BullNose, FlatEnd, Taper
 from vmachining.engines.brep import held, solids, volume
 from vmachining.engines.brep.envelopes.pieces import turn_pieces
 from vmachining.engines.brep.envelopes.pockets import pockets
 from vmachining.engines.brep.occt.booleans import quiet
+from vmachining.engines.brep.occt.tolerances import MISS_MM
 from vmachining.engines.brep.occt.validity import inspect
 from vmachining.engines.brep.write import compared
 from vmachining.errors import EngineError
 from vmachining.geometry import Line
-from vmachining.sweep import Sweep, Turn
+from vmachining.job.single import swept_volume
+from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.tool import Cutter
 
 BULL = BullNose(diameter=30, corner_radius=5, length=50)
@@ -95,6 +98,22 @@ def test_what_a_union_lacks_is_measured() -> None:
         compared(whole, shapes, 0.05 * lacks)
     with pytest.raises(EngineError, match="leave the sweep"):
         compared(Sweep.along(ball, Line((0, 0, 0), (19.9, 0, 0))), shapes, 1e-3)
+
+
+def test_slices_of_a_fold_have_the_volume_of_their_bracket() -> None:
+    """A shank that folds is cut into slices as deep as what may be missing, not into dozens."""
+    quiet()
+    path = Turn.great_circle(
+        Pose(np.zeros(3), unit(np.array([-0.04382, 0.13610, 0.98972]))),
+        Pose(np.array([13.195, -47.919, 15.445]), unit(np.array([-0.34377, 0.83966, 0.42047]))),
+    ).part(0.5, 0.52)
+    tool = FlatEnd(diameter=27.9, length=50).profile
+    pieces = turn_pieces(tool, path, 1e-5, loose_mm=WIDE_MM)
+    assert len(pieces) <= len(turn_pieces(tool, path, 1e-5)) / 3
+    for piece in pieces:
+        bracket = swept_volume(piece.sweep)
+        assert bracket.holds(volume(piece.built.builder.solid()), slack=1e-7 * bracket.hi)
+        assert MISS_MM < piece.built.fit_mm <= WIDE_MM
 
 
 @pytest.mark.long  # 15 s of processor

@@ -11,8 +11,6 @@ from vmachining.engines.brep.envelopes.decomposition import POSES, Budget, Soft,
 from vmachining.engines.brep.envelopes.fixed_axis import FixedAxis, halves
 from vmachining.engines.brep.envelopes.pieces import Piece, turn_pieces
 from vmachining.engines.brep.envelopes.pockets import pockets
-from vmachining.engines.brep.occt.inside import inside_out
-from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.primitives import rotated
 from vmachining.engines.brep.occt.tolerances import LEVEL_MM, MISS_MM, SHEET_FIT_MM, SWEPT_REL
 from vmachining.engines.brep.occt.validity import Inspection, inspect
@@ -38,10 +36,14 @@ MOST_WOUND = 1.01 * np.pi
 
 
 class Swept(NamedTuple):
-    """shape : TopoDS_Solid. fit_mm : largest distance of its splines from the true surface, 0 without any."""
+    """shape : TopoDS_Solid. fit_mm : largest distance of its splines from the true surface, 0 without any.
+
+    report : what OCCT says of the shape.
+    """
 
     shape: Any
     fit_mm: float
+    report: Inspection
 
 
 def solid(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> Any:
@@ -64,7 +66,7 @@ def solid(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> Any:
         )
     exact = None if isinstance(sweep.path, Turn) and sweep.upright() is None else sweep.volume
     if exact is not None:
-        found = volume(parts[0].shape)
+        found = parts[0].report.volume
         if abs(found - exact) > SWEPT_REL[parts[0].fit_mm > 0.0] * exact:
             raise EngineError(f"solid of {found:.9g} mm3, the closed form is {exact:.9g}", engine="brep")
     return _cadquery().Solid(parts[0].shape)
@@ -107,23 +109,21 @@ def solids(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM, miss_mm: float = MISS_
     if known is None or not isinstance(path, (Line, Arc)):
         raise SweepError("the B-rep engine has no solid for this motion")
     standing, frame = known
-    found = [part for piece in _pieces(standing.profile, path) for part in _built(*piece)]
-    if not np.array_equal(frame, np.eye(3)):
-        found = [Swept(rotated(part.shape, frame.T), part.fit_mm) for part in found]
-    for part in found:
-        _inspected(part.shape)
+    found = []
+    for piece in _pieces(standing.profile, path):
+        for shape, error in _built(*piece):
+            moved = shape if np.array_equal(frame, np.eye(3)) else rotated(shape, frame.T)
+            found.append(_inspected(moved, error))
     return found
 
 
-def _inspected(shape: Any) -> Inspection:
-    """What OCCT says; an error if it is not valid and closed, or inside out for OCCT."""
+def _inspected(shape: Any, fit_mm: float) -> Swept:
+    """With what OCCT says; an error if it is not valid, closed and the right way round."""
     report = inspect(shape)
-    if not (report.valid and report.closed):
-        what = "valid" if not report.valid else "closed"
+    if not (report.valid and report.closed and report.volume > 0.0):
+        what = "valid" if not report.valid else "closed" if not report.closed else "the right way round"
         raise EngineError(f"OCCT says the swept solid is not {what}", engine="brep")
-    if inside_out(shape):
-        raise EngineError("OCCT takes the swept solid for all that lies around it", engine="brep")
-    return report
+    return Swept(shape, fit_mm, report)
 
 
 def _carried(path: Arc) -> Turn:
@@ -133,7 +133,11 @@ def _carried(path: Arc) -> Turn:
 
 def _turning(profile: Profile, path: Turn, fit_mm: float, miss_mm: float) -> list[Swept]:
     """Solids of a turning tool, each of the volume that the flux through its front gives."""
-    return [part for body in convex_cover(profile) for part in _convex(body, path, fit_mm, miss_mm)]
+    try:
+        return [part for body in convex_cover(profile) for part in _convex(body, path, fit_mm, miss_mm)]
+    except (SweepError, EngineError) as error:
+        error.remedy = error.remedy or "split the block"
+        raise
 
 
 def _convex(profile: Profile, path: Turn, fit_mm: float, miss_mm: float) -> list[Swept]:
@@ -143,7 +147,7 @@ def _convex(profile: Profile, path: Turn, fit_mm: float, miss_mm: float) -> list
 
     def build(body: Profile, part: Turn, off_mm: float, soft: Soft) -> list[Swept]:
         if part.is_steady and part.is_straight:  # a pose; arcs in upright planes are steady, too
-            return [Swept(s.shape, max(s.fit_mm, loose)) for s in solids(Sweep.along(body, part))]
+            return [s._replace(fit_mm=max(s.fit_mm, loose)) for s in solids(Sweep.along(body, part))]
         pieces = turn_pieces(body, part, fit_mm, budget.take, loose_mm=loose, soft=soft)
         return [_gated(piece, piece.sweep.flux().volume, off_mm) for piece in pieces]
 
@@ -172,13 +176,13 @@ def _convex(profile: Profile, path: Turn, fit_mm: float, miss_mm: float) -> list
 
 def _gated(piece: Piece, exact: float, off_mm: float) -> Swept:
     """A solid that the grazing curve draws, of the volume that it must have."""
-    shape = piece.built.builder.solid()
-    report = _inspected(shape)
-    if abs(report.volume - exact) > SWEPT_REL[True] * exact:
+    found = _inspected(piece.built.builder.solid(), piece.built.fit_mm + off_mm)
+    if abs(found.report.volume - exact) > SWEPT_REL[True] * exact:
         raise EngineError(
-            f"swept solid of {report.volume:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
+            f"swept solid of {found.report.volume:.9g} mm3, the flux identity gives {exact:.9g}",
+            engine="brep",
         )
-    return Swept(shape, piece.built.fit_mm + off_mm)
+    return found
 
 
 def _about_fixed_axis(profile: Profile, path: Turn, most_mm: float, off_mm: float) -> list[Swept]:
@@ -189,11 +193,12 @@ def _about_fixed_axis(profile: Profile, path: Turn, most_mm: float, off_mm: floa
         return found
     try:
         for build, exact in halves(profile, about):
-            shape = build.solid()
-            value = _inspected(shape).volume
-            if abs(value - exact) > SWEPT_REL[False] * exact:
-                raise EngineError(f"half of {value:.9g} mm3, its flux gives {exact:.9g}", engine="brep")
-            found.append(Swept(shape, about.off_mm + off_mm))
+            half = _inspected(build.solid(), about.off_mm + off_mm)
+            if abs(half.report.volume - exact) > SWEPT_REL[False] * exact:
+                raise EngineError(
+                    f"half of {half.report.volume:.9g} mm3, its flux gives {exact:.9g}", engine="brep"
+                )
+            found.append(half)
     except (SweepError, EngineError):
         return []
     return found
@@ -242,41 +247,41 @@ def _helix_parts(profile: Profile, path: Arc) -> list[Arc] | None:
     return None
 
 
-def _wound(profile: Profile, path: Arc) -> list[Swept]:
-    """The cutter where it stands lowest, and what its front passes from there."""
+def _wound(profile: Profile, path: Arc) -> list[tuple[Any, float]]:
+    """The cutter where it stands lowest, and what its front passes from there; as `_built`."""
     count = int(np.ceil(abs(path.angle) / MOST_WOUND))
     lowest = np.array(path.start if path.rise > 0.0 else path.end)
-    found = [Swept(plunged(profile, lowest), 0.0)]
+    found = [(plunged(profile, lowest), 0.0)]
     for piece in path.split([k / count for k in range(1, count)]):
         build, error = front(profile, piece)
-        found.append(Swept(build.solid(), error))
+        found.append((build.solid(), error))
     return found
 
 
-def _built(profile: Profile, path: Line | Arc) -> list[Swept]:
-    """The solid of one piece."""
+def _built(profile: Profile, path: Line | Arc) -> list[tuple[Any, float]]:
+    """Solids of one piece, each with how far (mm) its splines are off."""
     if isinstance(path, Arc):
         if abs(path.rise) >= LEVEL_MM:
             if path.radius <= profile.max_radius or swept_volume(profile, path) is None:
                 return _wound(profile, path)
             build, error = ramp(profile, HelixGuide(path))
-            return [Swept(build.solid(), error)]
+            return [(build.solid(), error)]
         flat = path if path.rise == 0.0 else _at_rest(path)
         if abs(flat.angle) >= 2.0 * np.pi - 1e-9:
-            return [Swept(ring(profile, np.array(flat.center), flat.radius), 0.0)]
+            return [(ring(profile, np.array(flat.center), flat.radius), 0.0)]
         forward = flat if flat.angle > 0.0 else Arc(flat.end, flat.center, 2, angle=-flat.angle)
-        return [Swept(level(profile, bent_guide(forward)).solid(), 0.0)]
+        return [(level(profile, bent_guide(forward)).solid(), 0.0)]
     travel = path.end - path.start
     if np.hypot(travel[0], travel[1]) < LEVEL_MM:
         center = 0.5 * (path.start + path.end)
         center[2] = path.start[2]
         body = profile.extruded(float(travel[2])) if travel[2] != 0.0 else profile
-        return [Swept(plunged(body, center), 0.0)]
+        return [(plunged(body, center), 0.0)]
     if abs(travel[2]) < LEVEL_MM:
         height = 0.5 * float(path.start[2] + path.end[2])
-        return [Swept(level(profile, straight_guide(path, height)).solid(), 0.0)]
+        return [(level(profile, straight_guide(path, height)).solid(), 0.0)]
     build, error = ramp(profile, LineGuide(path))
-    return [Swept(build.solid(), error)]
+    return [(build.solid(), error)]
 
 
 def _at_rest(path: Arc) -> Arc:

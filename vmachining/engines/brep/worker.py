@@ -31,10 +31,10 @@ def serve(descriptor: int) -> None:
         """Do something and say that it ended, or what it says; whether it did."""
         try:
             done()
-        except EngineError as exc:  # who drives this process names the engine
-            return say("EngineError", exc.reason, exc.block)
-        except VMachiningError as exc:
-            return say(type(exc).__name__, exc.message, None)
+        except VMachiningError as exc:  # who drives this process names the engine
+            what = exc.reason if isinstance(exc, EngineError) else exc.message
+            remedy = f"; {exc.remedy}" if exc.remedy else ""
+            return say(type(exc).__name__, what + remedy, getattr(exc, "block", None))
         except Exception as exc:  # OCCT raises whatever it meets
             return say("EngineError", f"OCCT failed: {type(exc).__name__} {exc}", None)
         return say("end", None)

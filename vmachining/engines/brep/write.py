@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vmachining.engines.brep.occt.inside import held
+from vmachining.engines.brep.occt.inside import Union
 from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.parts import compound, faces_of, point_inside, points_on
 from vmachining.engines.brep.occt.step_out import (
@@ -19,7 +19,7 @@ from vmachining.engines.brep.occt.step_out import (
     write_plain,
 )
 from vmachining.engines.brep.occt.tolerances import MISS_MM
-from vmachining.engines.brep.occt.validity import Inspection, inspect
+from vmachining.engines.brep.occt.validity import Inspection
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError
 from vmachining.sweep import Sweep
@@ -50,8 +50,8 @@ class Described(NamedTuple):
 def built_sweep(sweep: Sweep, miss_mm: float = MISS_MM, step: Path | None = None) -> Iterator[Any]:
     """`Described`: what OCCT says about the solids of a sweep, numbers that travel between processes, as no shape does.
 
-    Then, where `step` is given, `write_solids` of them and the sum of their volumes as read back, mm^3: every face named and
-    coloured by its region, ingress, grazing or egress; "inside" where solids overlap and it lies inside of the sweep.
+    Then, where `step` is given, they are written as by `write_solids`, and it is the sum of their volumes as read back, mm^3:
+    every face named and coloured by its region, ingress, grazing or egress; "inside" where it lies inside of the sweep.
 
     miss_mm : as of `solids`. Solids that use it are compared with exact distances at points around the sweep.
 
@@ -63,9 +63,11 @@ def built_sweep(sweep: Sweep, miss_mm: float = MISS_MM, step: Path | None = None
     fit, points = max(part.fit_mm for part in parts), 0
     if fit > MISS_MM:
         fit, points = compared(sweep, shapes, fit)
-    yield Described(tuple(inspect(shape) for shape in shapes), fit, points)
+    yield Described(tuple(part.report for part in parts), fit, points)
     if step is not None:
-        yield write_solids(step, shapes, _labelled(sweep, shapes))
+        whole = shapes[0] if len(shapes) == 1 else compound(shapes)
+        write_labelled(step, whole, "swept volume", _labelled(sweep, shapes))
+        yield _read_back(step, [part.report.volume for part in parts])
 
 
 def _labelled(sweep: Sweep, shapes: Sequence[Any]) -> list[LabelledFace]:
@@ -91,7 +93,8 @@ def compared(sweep: Sweep, shapes: Sequence[Any], fit_mm: float) -> tuple[float,
     points = rng.uniform(lo, hi, (POINTS, 3))
     distance = sweep.signed_distance(points)
     clear = np.abs(distance) > fit_mm
-    wrong = int((held(shapes, points[clear]) != (distance[clear] < 0.0)).sum())
+    union = Union(shapes)
+    wrong = int((union.holds(points[clear]) != (distance[clear] < 0.0)).sum())
     if wrong:
         raise EngineError(
             f"the solids are wrong at {wrong} of {clear.sum()} points by exact distances", engine="brep"
@@ -108,7 +111,7 @@ def compared(sweep: Sweep, shapes: Sequence[Any], fit_mm: float) -> tuple[float,
     while len(on):
         at = on - way * (deep + off)[:, None]
         open_ = (deep < -off) & (sweep.signed_distance(at) < -0.99 * off)
-        open_[open_] = ~held(shapes, at[open_])
+        open_[open_] = ~union.holds(at[open_])
         on, way, deep = on[open_], way[open_], deep[open_]
         if len(on):
             off *= 1.25
@@ -117,19 +120,19 @@ def compared(sweep: Sweep, shapes: Sequence[Any], fit_mm: float) -> tuple[float,
     return off, count
 
 
-def write_solids(path: Path, shapes: Sequence[Any], faces: Sequence[LabelledFace] = ()) -> float:
+def write_solids(path: Path, shapes: Sequence[Any]) -> float:
     """Write TopoDS_Solids into one STEP file; returns the sum of their volumes as read back, mm^3.
-
-    faces : with names and colours.
 
     Raises EngineError: The file cannot be written, or reads back with other solids or volumes. It is removed then.
     """
-    if faces:
-        write_labelled(path, shapes[0] if len(shapes) == 1 else compound(shapes), "swept volume", faces)
-    else:
-        write_plain(path, shapes)
+    write_plain(path, shapes)
+    return _read_back(path, [volume(shape) for shape in shapes])
+
+
+def _read_back(path: Path, wanted: Sequence[float]) -> float:
+    """mm^3 in a file of solids of wanted volumes (mm^3); as `write_solids`."""
     back = volumes_in(path)
-    strange = difference(back, [volume(shape) for shape in shapes])
+    strange = difference(back, wanted)
     if strange:
         path.unlink()
         raise EngineError(

@@ -17,6 +17,7 @@ It runs from the chord of one pose to the chord of the other one, and takes the 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +30,7 @@ from vmachining.engines.brep.envelopes.rings import Element, rings_of
 from vmachining.engines.brep.envelopes.segments import (
     CORNERS,
     DENSE,
+    FINEST,
     LONG,
     LOOKS,
     ArcSide,
@@ -75,13 +77,15 @@ class Divide(SweepError):  # noqa: N818
 class GrazingCurve:
     """How the grazing curve runs over a tool during a block, the same at all its times.
 
-    filled : a loop that is left out.
+    filled : a loop that is left out. deep_mm : how far below the line in which its poses meet a sheet may lie.
 
     Raises SweepError: It changes its shape, or is of one that has no sheets here.
     """
 
-    def __init__(self, tool: Tool, moving: Moving, filled: Pocket | None = None) -> None:
-        self.tool, self.moving = tool, moving
+    def __init__(
+        self, tool: Tool, moving: Moving, filled: Pocket | None = None, deep_mm: float = MISS_MM
+    ) -> None:
+        self.tool, self.moving, self.deep = tool, moving, deep_mm
         self.rings, self.elements = rings_of(tool)
         self._w = np.linspace(0.0, 1.0, DENSE)
         self._angles: dict[tuple[int, int, bool, bytes], Floats] = {}
@@ -299,8 +303,21 @@ class GrazingCurve:
                     raise SweepError("the grazing curve turns back on a cone with a tip")
                 out.append(LineTurn(k, turn, g, ring == e.upper))
             else:
-                out.append(ArcTurn(k, turn, g, LOOKS if self._is_sharp(g, turn) else 1))
+                out.append(self._arc_turn(k, turn, g))
         return out
+
+    def _arc_turn(self, k: int, turn: tuple[End, End], g: Segment) -> ArcTurn:
+        """Around a torus, measured as finely as its sharpest bend needs."""
+        found, st = ArcTurn(k, turn, g), State(*(v[:: DENSE // 4] for v in self.dense))
+        if self._is_sharp(g, turn):
+            found, corners = ArcTurn(k, turn, g, LOOKS), CORNERS
+            while corners < FINEST:
+                with suppress(SweepError):
+                    found.place(self, st, np.array([0.5]))
+                    break
+                corners = 2 * corners - 1
+                found = ArcTurn(k, turn, g, LOOKS, corners)
+        return found
 
     def _is_sharp(self, g: Segment, turn: tuple[End, End]) -> bool:
         """Whether a curve around a torus is much faster at some angles than at others."""
@@ -378,7 +395,7 @@ class GrazingCurve:
                 e for e in self.segments if isinstance(e, EdgeSpan) and ring in (e.ends[0][0], e.ends[1][0])
             ]
             if spans and (fold > 0.0).any():
-                if -0.125 * float(fold.min()) <= MISS_MM:
+                if -0.125 * float(fold.min()) <= self.deep:
                     continue  # a part of it lies inside, but no deeper than a sheet may
                 raise self._fold_begins(chord)
             if not spans:

@@ -5,8 +5,9 @@
    slow there, so that the square roots that births are made of become smooth.
 2. Where a valley of a flat face cannot be drawn in one go, or a chord begins to lie inside, the piece is halved.
 3. Where a sheet lies inside the sweep (phi_tt < 0, sampled) the piece crosses itself along the line in which its
-   first and last pose meet: halfway between them, -phi_tt / 8 above the sheet. If that is more than `MISS_MM`, the
-   piece is cut in equal parts: the depth falls with the square of their number. More than `PARTS` are refused.
+   first and last pose meet: halfway between them, -phi_tt / 8 above the sheet. If that is more than `MISS_MM`, or
+   than what such a piece may miss, it is cut in equal parts: the depth falls with the square of their number. More
+   than `PARTS` are refused.
 4. What the tool reaches in the motion left out between two pieces, beyond its poses there, is measured in exact
    distances (`Slab`, `uncovered`); more than `GAP_MM` is refused, less is part of `fit_mm`.
 5. Every piece must be valid and closed, and its volume must be the one of the flux identity V(K) + Phi - W to
@@ -147,6 +148,7 @@ class _Work:
     ) -> None:
         self.profile, self.path, self.fit, self.take = profile, path, fit_mm, take
         self.loose, self.soft, self.filled = loose_mm, soft, filled
+        self.deep = max(MISS_MM, loose_mm)
         self.tool = Tool.of(profile)
         self.out: list[Piece] = []
         self.spans: list[tuple[float, float]] = []
@@ -171,7 +173,7 @@ class _Work:
         )
         moving = Moving(part, (before, after))
         try:
-            grazing = GrazingCurve(self.tool, moving, self.filled)
+            grazing = GrazingCurve(self.tool, moving, self.filled, self.deep)
             depth = _depth(grazing, SLICES if self.loose else PARTS)
             built = enveloped(grazing, self.fit, self.loose)
         except Divide as found:
@@ -224,9 +226,9 @@ def _depth(grazing: GrazingCurve, most: int) -> float:
             continue  # edges never fold by themselves
         looks = _looks(grazing, segment, w)
         depth = -0.125 * float(grazing.fold(segment, w, looks).min())
-        if depth > MISS_MM:
+        if depth > grazing.deep:
             text = _reason(grazing, segment, w, looks)
-            parts = int(np.ceil(1.05 * np.sqrt(depth / MISS_MM)))
+            parts = int(np.ceil(1.05 * np.sqrt(depth / grazing.deep)))
             raise Divide(text, 0.5, soft=False, parts=parts) if parts < most else SweepError(text)
         deepest = max(deepest, depth)
     return deepest

@@ -39,8 +39,8 @@ from vmachining.sweep.grazing import Circles, circles_along, grazing_angles, lin
 from vmachining.sweep.weinert import torus_angle, torus_terms
 from vmachining.tool import Segment
 
-CORNERS = 97
-"""Of the polygon that measures a curve."""
+CORNERS, FINEST = 97, 769
+"""Of the polygon that measures a curve, and of one that measures a curve with a sharp bend."""
 
 WITHIN, BACK = 8, 1e-5
 """Looks at every side of it, and by how much of the parameter shares may run back from one to the next."""
@@ -279,9 +279,10 @@ class ArcSide(Round):
 
 @dataclass(frozen=True, eq=False)
 class ArcTurn(Round):
-    """A torus from one side of a ring to the other one; `looks` of `evened` at it."""
+    """A torus from one side of a ring to the other one; `looks` and `corners` of `evened`."""
 
     looks: int = 1
+    corners: int = CORNERS
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g = self.segment
@@ -291,7 +292,7 @@ class ArcTurn(Round):
             beta = graze_beta(st, g.cr, g.cz, u, 0.5 * sum(g.beta))
             return g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta), beta, u
 
-        return at(evened(at, len(st.t), s, self.looks))
+        return at(evened(at, len(st.t), s, self.looks, self.corners))
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,28 +324,25 @@ class EdgeSpan(CurveSegment):
     z: float
     beta: float
 
+    def angles(self, of: Angles, st: State, s: Floats) -> Floats:
+        """(n, m) at n times and m places s."""
+        return of.span(self.ends, st, s)
+
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        u = of.span(self.ends, st, s)
+        u = self.angles(of, st, s)
         beta = graze_beta(st, self.r, self.z, u, self.beta)
         return np.full(u.shape, self.r), np.full(u.shape, self.z), beta, u
 
 
 @dataclass(frozen=True, eq=False)
-class RimPatch(CurveSegment):
-    """A sharp edge between two angles that do not change; its face is trimmed (`vmachining.engines.brep.envelopes.lens`)."""
+class RimPatch(EdgeSpan):
+    """The same between two angles that do not change; its face is trimmed (`vmachining.engines.brep.envelopes.lens`)."""
 
-    element: int
-    ends: tuple[End, End]
-    r: float
-    z: float
-    beta: float
     lo: float
     hi: float
 
-    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        u = np.broadcast_to(self.lo + s * (self.hi - self.lo), (len(st.t), len(s)))
-        beta = graze_beta(st, self.r, self.z, u, self.beta)
-        return np.full(u.shape, self.r), np.full(u.shape, self.z), beta, u
+    def angles(self, of: Angles, st: State, s: Floats) -> Floats:
+        return np.broadcast_to(self.lo + s * (self.hi - self.lo), (len(st.t), len(s)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -367,7 +365,11 @@ class Chord(CurveSegment):
 
 
 def evened(
-    at: Callable[[Floats], tuple[Floats, Floats, Floats, Floats]], count: int, s: Floats, looks: int = 1
+    at: Callable[[Floats], tuple[Floats, Floats, Floats, Floats]],
+    count: int,
+    s: Floats,
+    looks: int = 1,
+    corners: int = CORNERS,
 ) -> Floats:
     """Parameters x (n, m) of a curve at shares s (m,) of its length on the body, at every time.
 
@@ -378,9 +380,9 @@ def evened(
     Raises SweepError: Corners fall into one place, or the shares would run back along the curve by more than `BACK`: a
         sheet through them lies upon itself.
     """
-    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, CORNERS))
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, corners))
     share[-1] = 1.0
-    x = np.broadcast_to(share, (count, CORNERS))
+    x = np.broadcast_to(share, (count, corners))
     length = _lengths(at, x)
     for _ in range(looks - 1):
         x = np.stack([np.interp(share, *row) for row in zip(length, x, strict=True)])

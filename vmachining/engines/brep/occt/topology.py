@@ -113,13 +113,15 @@ class Builder:
         Who reads a STEP file with OCCT has it look for the outside of a shell along a line through its first face.
         Where that line meets a sliver, some 1e-5 mm wide, crossings get lost and the solid is turned inside out.
         So a face comes first with which OCCT finds the outside.
+
+        Raises EngineError: There is none.
         """
         faces = [face for _, face in sorted(self._faces, key=lambda sized: -sized[0])]
         for k, face in enumerate(faces):
             solid = self._closed([face, *faces[:k], *faces[k + 1 :]])
             if not inside_out(solid):
                 return solid
-        return self._closed(faces)
+        raise EngineError("OCCT takes the swept solid for all that lies around it", engine="brep")
 
     def _closed(self, faces: list[Any]) -> Any:
         shell, solid = TopoDS_Shell(), TopoDS_Solid()
