@@ -43,9 +43,11 @@ class Union:
             before = by[:k] >= 0
             gap = np.full(len(self._solids), np.inf)  # what holds a point is likely to hold the next one
             np.minimum.at(gap, by[:k][before], ((points[:k][before] - point) ** 2).sum(axis=1))
-            for i in np.argsort(gap, kind="stable").tolist():  # else large ones first, which hold most
-                if self._solids[i].hold(point, self._rng.normal(size=(TRIES, 3))):
-                    by[k] = i
+            order = np.argsort(gap, kind="stable").tolist()  # else large ones first, which hold most
+            for hasty in (True, False):
+                ways = self._rng.normal(size=(TRIES, 3))
+                by[k] = next((i for i in order if self._solids[i].hold(point, ways, hasty=hasty)), -1)
+                if by[k] >= 0:
                     break
         return by >= 0
 
@@ -86,8 +88,8 @@ class _Faces:
             self.faces.append((IntCurvesFace_Intersector(face, CONFUSION_MM), box))
             found.Next()
 
-    def hold(self, point: Floats, ways: Floats) -> bool:
-        """Whether a point lies inside, by rays along some of the ways (n, 3)."""
+    def hold(self, point: Floats, ways: Floats, *, hasty: bool) -> bool:
+        """Whether a point lies inside, by rays along some of the ways (n, 3); `hasty` believes one that says no."""
         from OCP.gp import gp_Pnt
 
         if self.whole.IsOut(gp_Pnt(*point.tolist())):
@@ -97,7 +99,7 @@ class _Faces:
             odd = self.odd(point, way)
             if odd is not None:
                 votes[odd] += 1
-            if 2 * max(votes) > RAYS:
+            if 2 * max(votes) > RAYS or (hasty and votes[0]):
                 return votes[1] > votes[0]
         place = np.array2string(point, precision=6)
         raise EngineError(f"OCCT cannot tell where lines through {place} mm meet a solid", engine="brep")
