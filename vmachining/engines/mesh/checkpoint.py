@@ -26,9 +26,10 @@ def packed_tiles(root: Tile, blocks: dict[int, int]) -> tuple[list[dict[str, Any
     nodes: list[dict[str, Any]] = []
 
     def visit(tile: Tile) -> None:
+        halved = tile.halves is not None
         node: dict[str, Any] = {
             "box": tile.box.tolist(),
-            "halved": tile.halves is not None,
+            "halved": halved,
             "place": tile.place,
             "color": tile.color,
         }

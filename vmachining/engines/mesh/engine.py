@@ -59,8 +59,7 @@ class MeshEngine:
         root = Tile.of(solids)
         if root is None:
             raise EngineError("the stock is empty", engine=self.name)
-        self._root = root
-        self._gone = 0.0
+        self._root, self._gone = root, 0.0
         self.stock_volume = _bracket(root.volumes[Side.INNER], root.volumes[Side.OUTER])
 
     @classmethod
@@ -181,16 +180,13 @@ class MeshEngine:
 
     def packed(self) -> Saved:
         """The workpiece and what is needed to continue with the next block."""
-        state = {
-            "chord": self.chord,
-            "tile_mm": self.tile_mm,
-            "stock": packed_bracket(self.stock_volume),
-            "gone": self._gone,
-            "stand": list(self._stand) if self._stand is not None else None,
-            "doubted": self._doubted.rows.tolist(),
-        }
         nodes, arrays = packed_tiles(self._root, self._blocks)
-        return Saved(self.name, state | {"nodes": nodes}, arrays, deflated=True)
+        state = {
+            "chord": self.chord, "tile_mm": self.tile_mm, "stock": packed_bracket(self.stock_volume), "gone": self._gone,
+            "stand": list(self._stand) if self._stand is not None else None, "doubted": self._doubted.rows.tolist(),
+            "nodes": nodes,
+        }  # fmt: skip
+        return Saved(self.name, state, arrays, deflated=True)
 
     @classmethod
     def load(cls, path: Path, *, share: Share = WHOLE) -> MeshEngine:

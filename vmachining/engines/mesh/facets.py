@@ -168,23 +168,14 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     owner = np.tile(np.arange(len(triangles)), 3)
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
     edges = np.array([(u, v, t, left[v, u]) for (u, v), t in left.items() if u < v], dtype=np.int64)
-    corners = points[triangles]
-    areas = 0.5 * np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
+    a, b, c = points[triangles].transpose(1, 0, 2)
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     normals = _alike(_support_normals(points, triangles, left), planes.ravel(), areas)
     bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
     bend = float(bends[bends < SHARP].max(initial=0.0))
-    return Polyhedron(
-        points,
-        triangles,
-        normals,
-        edges,
-        areas=areas,
-        height=(float(line[0, 1]), float(line[-1, 1])),
-        reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
-        turn=float(np.sin(min(1.5 * bend, np.pi / 2))),
-    )
+    height, reach = (float(line[0, 1]), float(line[-1, 1])), float(np.hypot(points[:, 0], points[:, 1]).max())
+    turn = float(np.sin(min(1.5 * bend, np.pi / 2)))
+    return Polyhedron(points, triangles, normals, edges, height, reach, turn, areas)
 
 
 def hull(cloud: Floats) -> tuple[Ints, Floats, Ints, Floats]:

@@ -118,9 +118,7 @@ class NormalVectors:
                 f"{count:,} vectors along normals, more than {MOST:,}", remedy="take a larger spacing_mm"
             )
         first = np.concatenate([[0], np.cumsum(many)]).astype(np.int32)
-        unknown = np.zeros(
-            1, dtype=np.float32
-        )  # the lambda that all groups share until `set_ends` gives them theirs
+        unknown = np.zeros(1, dtype=np.float32)  # the lambda of all groups until `set_ends` gives them theirs
         self.lattice = lattices.Lattice(
             corner, patches.normal, float(spacing), patch, place, first, middle, half,
             np.zeros(groups, dtype=np.float32), np.zeros(groups + 1, dtype=np.int32), unknown,

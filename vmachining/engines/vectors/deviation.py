@@ -21,19 +21,8 @@ KINDS = ("upright", "wall", "overhang", "edge", "normal")
 """What a vector represents; `normal` are facets of pure DNV that are not features."""
 
 COLUMNS = (
-    "kind",
-    "state",
-    "x_mm",
-    "y_mm",
-    "z_mm",
-    "nx",
-    "ny",
-    "nz",
-    "length_mm",
-    "deviation_mm",
-    "block",
-    "facet",
-)
+    "kind", "state", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "length_mm", "deviation_mm", "block", "facet",
+)  # fmt: skip
 
 MOST_ROWS = 100_000
 """Rows of the table; those that deviate most."""
@@ -118,11 +107,9 @@ class _Found:
             over, own = over & ~beneath, deviation[~beneath]
             self.counts["beneath"] += int(beneath.sum())
         begin = self.counts["vectors"]
-        for name, value in (
-            ("vectors", len(deviation)), ("over", int(np.count_nonzero(over))), ("under", int(np.count_nonzero(under))),
-            ("consumed", int(np.count_nonzero(consumed))),
-        ):  # fmt: skip
-            self.counts[name] += value
+        self.counts["vectors"] += len(deviation)
+        for name, which in (("over", over), ("under", under), ("consumed", consumed)):
+            self.counts[name] += int(np.count_nonzero(which))
         self.over = max(self.over, -float(own.min(initial=0.0)))
         self.under = max(self.under, float(deviation.max(initial=0.0)))
         if self.step is None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from math import cos, degrees, radians
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -133,6 +133,13 @@ class VectorEngine(Summed):
         """See `Engine`: upright prisms, for pictures."""
         return prisms(self.upright, self._cuts)
 
+    @property
+    def _lengths(self) -> dict[str, Any]:
+        """What cuts change, by its name in a file."""
+        lattice, upright = self.along.lattice, self.upright.lengths
+        along = {"along": lattice.length, "along_behind": lattice.behind, "along_reach": lattice.reach}
+        return {"upright": upright} | along
+
     def save(self, path: Path) -> None:
         """See `Engine`: part, stock and settings, of which all vectors follow, and their lengths now."""
         stock, stock_arrays = packed_stock(self._stock)
@@ -141,11 +148,7 @@ class VectorEngine(Summed):
             "stock": stock, "design": design, "settings": asdict(self.settings), "chord": self.chord,
             "behind": self.upright.behind, "removed": list(self._removed), "cuts": {"others": self._cuts.others},
         }  # fmt: skip
-        lattice = self.along.lattice
-        arrays = {
-            "upright": self.upright.lengths, "along": lattice.length, "along_behind": lattice.behind,
-            "along_reach": lattice.reach, "roofed": self.upright.roofed,
-        }  # fmt: skip
+        arrays = self._lengths | {"roofed": self.upright.roofed}
         parts = {"stock": stock_arrays, "design": design_arrays, "cuts": self._cuts.packed()}
         for name, part in parts.items():
             arrays |= Saved(name, {}, part).nested(name)
@@ -165,11 +168,7 @@ class VectorEngine(Summed):
             settings = VectorSettings(**state["settings"])
             stock = stock_of(state["stock"], saved.part("stock", cls.name).arrays)
             engine = cls(stock, Options(chord=state["chord"], design=design, vectors=settings))
-            lattice = engine.along.lattice
-            for name, own in (
-                ("upright", engine.upright.lengths), ("along", lattice.length), ("along_behind", lattice.behind),
-                ("along_reach", lattice.reach),
-            ):  # fmt: skip
+            for name, own in engine._lengths.items():
                 if arrays[name].shape != own.shape:
                     raise ValueError(f"it has {arrays[name].shape} {name} vectors, the part has {own.shape}")
                 own[:] = arrays[name]

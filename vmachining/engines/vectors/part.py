@@ -114,18 +114,8 @@ def first_hits(
     """(n,) mm to the first facet that a ray leaves (1) or enters (-1) by, between `least` and `most`; inf if none."""
     a, b, c, _, boxes = mesh.nearest
     out = np.empty(len(origins))
-    _kernels.first_hits(
-        np.ascontiguousarray(origins),
-        np.ascontiguousarray(directions),
-        sense,
-        least,
-        most,
-        a,
-        b,
-        c,
-        boxes,
-        out,
-    )
+    rays = np.ascontiguousarray(origins), np.ascontiguousarray(directions)
+    _kernels.first_hits(*rays, sense, least, most, a, b, c, boxes, out)
     return out
 
 

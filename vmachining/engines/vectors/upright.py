@@ -158,10 +158,9 @@ class UprightVectors:
         if size > have and used + count > have:
             more = size - have
             self._owner = np.concatenate([self._owner, np.full((more, 2), -1, dtype=np.int64)])
-            self._start = np.concatenate([self._start, np.empty((more, TILE, TILE))])
-            self._low = np.concatenate([self._low, np.empty((more, TILE, TILE), dtype=np.float32)])
-            self._rest = np.concatenate([self._rest, np.empty((more, TILE, TILE), dtype=np.float32)])
-            self._high = np.concatenate([self._high, np.empty((more, *self._high.shape[1:]))])
+            for name in ("_start", "_low", "_rest", "_high"):
+                known = getattr(self, name)
+                setattr(self, name, np.concatenate([known, np.empty((more, *known.shape[1:]), known.dtype)]))
         over = used + count - len(self._owner)
         if over > 0:
             held = np.flatnonzero(self._owner[:, 0] >= 0)
@@ -247,14 +246,13 @@ class UprightVectors:
             for b in range(j0 // TILE, (j1 - 1) // TILE + 1):
                 base = self.base(a, b)
                 high = base.top if self.casting is None else base.start + self.casting
-                rows, columns = (
+                ends = [
                     (max(first, TILE * k), min(stop, TILE * (k + 1)))
                     for first, stop, k in ((i0, i1, a), (j0, j1, b))
-                )
-                here = slice(rows[0] - i0, rows[1] - i0), slice(columns[0] - j0, columns[1] - j0)
-                there = (
-                    slice(rows[0] - TILE * a, rows[1] - TILE * a),
-                    slice(columns[0] - TILE * b, columns[1] - TILE * b),
+                ]
+                here, there = (
+                    tuple(slice(low - at, high - at) for (low, high), at in zip(ends, corner, strict=True))
+                    for corner in ((i0, j0), (TILE * a, TILE * b))
                 )
                 bottom[here], top[here] = base.bottom[there], high[there]
         common = np.minimum(leave, top) - np.maximum(enter, bottom)

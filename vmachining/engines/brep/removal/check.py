@@ -110,12 +110,11 @@ class BlockChecker:
             yield name
             try:
                 value = _attempted(ATTEMPTS[name], tasks)
-            except (SweepError, EngineError) as exc:
-                reasons.append(f"{name}: {exc}")
-                tried.append((name, None))
-                continue
             except Exception as exc:  # OCCT raises whatever it meets
-                reasons.append(f"{name}: OCCT failed: {type(exc).__name__} {exc}")
+                ours = isinstance(exc, SweepError | EngineError)
+                reasons.append(
+                    f"{name}: {exc}" if ours else f"{name}: OCCT failed: {type(exc).__name__} {exc}"
+                )
                 tried.append((name, None))
                 continue
             tried.append((name, value.volume))

@@ -208,12 +208,8 @@ def level(profile: Profile, guide: Guide) -> Builder:
             build.face(pose.surface(s, middle, region), [loop], pose.point(r, z, at), pose.normal(beta, at))
         for side in sides:
             surface, point, outward = guide.sheet(side, s)
-            loop = [
-                ribs["start", side],
-                *_there(rails, k + 1, side),
-                ribs["end", side],
-                *_there(rails, k, side),
-            ]
+            after, before = (_there(rails, joint, side) for joint in (k + 1, k))
+            loop = [ribs["start", side], *after, ribs["end", side], *before]
             build.face(surface, [loop], point, outward)
     for k, outward in ((0, -UP), (len(tool.segments), UP)):
         r, z = tool.joints[k].tolist()

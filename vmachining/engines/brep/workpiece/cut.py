@@ -169,8 +169,5 @@ def write_step(
 
 def _color(block: int) -> tuple[float, float, float]:
     """One colour per block, hues of neighbours far apart (golden ratio); grey for the stock."""
-    return (
-        colorsys.hsv_to_rgb((block * 0.618033988749895) % 1.0, 0.45, 0.9)
-        if block >= 0
-        else (0.75, 0.75, 0.75)
-    )
+    hue = (block * 0.618033988749895) % 1.0
+    return colorsys.hsv_to_rgb(hue, 0.45, 0.9) if block >= 0 else (0.75, 0.75, 0.75)
