@@ -25,7 +25,7 @@ from vmachining.engagement import (
     facing_parts,
     sweeps_near,
 )
-from vmachining.engagement.analytic import HeightStock, HeightWorkpiece, bounds, corner_of, heights_of
+from vmachining.engagement.analytic import HeightStock, HeightWorkpiece, corner_of, heights_of
 from vmachining.errors import InputError
 from vmachining.geometry import Line
 from vmachining.job.brep import blank
@@ -285,7 +285,7 @@ class Scene:
         """The workpiece after a block (None: after all) as heights over cells, see `heights_of`."""
         last = len(self.cuts) if after is None else sum(cut[0] <= after for cut in self.cuts)
         stock, _ = self._stock("analytic")
-        return heights_of(stock, self._reaching(last, np.stack(bounds(stock))), pitch, region)
+        return heights_of(stock, self._reaching(last, np.array(stock.bounds)), pitch, region)
 
     def _workpiece(
         self, method: str, stock: Any, past: list[Past], seconds: float, pitch: float, region: Floats

@@ -49,7 +49,7 @@ from vmachining.engagement.analytic.finish_corner import (
     station,
     station_ends,
 )
-from vmachining.engagement.analytic.heights import bounds, heights_of
+from vmachining.engagement.analytic.heights import heights_of
 from vmachining.engagement.analytic.passes import Corner, Pass, engaged
 from vmachining.engagement.analytic.planes import CornerCrossings, corner_plane, cylinder_plane
 from vmachining.engagement.analytic.records import Poses, Records, axis_rate_of
@@ -82,7 +82,6 @@ __all__ = [
     "StationEnd",
     "Surface",
     "axis_rate_of",
-    "bounds",
     "circle_length",
     "corner_circle",
     "corner_line",

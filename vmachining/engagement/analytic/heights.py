@@ -39,7 +39,7 @@ def heights_of(
     Returns HeightStock or None: None where region and stock do not meet.
     Raises StockError: More than `MOST_CELLS` cells.
     """
-    low, high = bounds(stock)
+    low, high = np.array(stock.bounds)
     if region is not None:
         low[:2], high = np.maximum(low[:2], region[0, :2]), np.minimum(high, region[1])
     if not (low < high).all():
@@ -48,19 +48,6 @@ def heights_of(
     at = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
     top = np.minimum(tops(stock, *at), high[2])
     return HeightStock(x, y, lowered(top, *at, past), float(low[2]))
-
-
-def bounds(stock: Stock) -> tuple[Floats, Floats]:
-    """Corners (3,) mm of the box around a stock."""
-    if isinstance(stock, BoxStock):
-        return np.array(stock.lo), np.array(stock.hi)
-    if isinstance(stock, CylinderStock):
-        centre, r = np.array(stock.center), stock.radius
-        return np.append(centre - r, stock.z[0]), np.append(centre + r, stock.z[1])
-    if isinstance(stock, MeshStock):
-        corners = np.concatenate(stock.corners)
-        return corners.min(axis=0), corners.max(axis=0)
-    raise StockError(f"no heights of a {type(stock).__name__}")
 
 
 def tops(stock: Stock, x: Floats, y: Floats) -> Floats:

@@ -70,17 +70,13 @@ class HeightWorkpiece:
                 parts.upper, stock.rows(), room,
             ),
         )  # fmt: skip
-        mine, k = np.nonzero(~np.isnan(lower))
-        a, b = lower[mine, k], upper[mine, k]
+        mine, number = np.nonzero(~np.isnan(lower))
+        a, b = lower[mine, number], upper[mine, number]
         # ends that did not move keep what ended them
-        same = (
-            np.abs(a - parts.lower[mine]) <= _kernels.SHORT,
-            np.abs(b - parts.upper[mine]) <= _kernels.SHORT,
-        )
-        found = EdgeParts(
-            parts.row[mine], parts.piece[mine], a, b,
-            np.where(same[0], parts.lower_by[mine], By.STOCK), np.where(same[1], parts.upper_by[mine], By.STOCK),
-        )  # fmt: skip
+        was = parts.take(mine)
+        kept = np.abs(a - was.lower) <= _kernels.SHORT, np.abs(b - was.upper) <= _kernels.SHORT
+        by = (np.where(k, v, By.STOCK) for k, v in zip(kept, (was.lower_by, was.upper_by), strict=True))
+        found = EdgeParts(was.row, was.piece, a, b, *by)
         short = np.flatnonzero(b - a <= SLIVER_MM)
         if not len(short):
             return found
