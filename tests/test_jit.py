@@ -101,6 +101,31 @@ def test_a_cache_that_is_damaged_or_cannot_be_is_as_good_as_none(tmp_path):
     assert said(program, tmp_path / "file" / "below") == ["compiling", "6.0"]
 
 
+OUTER = """
+import sys
+import numpy as np
+from vmachining.jit import kernel
+from program import total
+print("scipy.linalg" in sys.modules)
+
+@kernel
+def scaled(row):
+    return 2.0 * total(row)
+
+print(scaled(np.arange(4.0)))
+"""
+
+
+def test_a_start_from_the_cache_loads_machine_code_alone_and_can_still_compile(tmp_path):
+    program, cache = tmp_path / "outer.py", tmp_path / "cache"
+    (tmp_path / "program.py").write_text(PROGRAM)
+    program.write_text(OUTER)
+    assert said(program, cache) == ["compiling", "6.0", "True", "12.0"]
+    assert said(program, cache) == ["6.0", "False", "12.0"]
+    program.write_text(OUTER.replace("2.0", "3.0"))  # around a kernel of which only machine code is there
+    assert said(program, cache) == ["6.0", "False", "compiling", "18.0"]
+
+
 def test_what_a_kernel_imports_counts_for_its_cache(tmp_path, monkeypatch):
     """numba asks only whether the file of the kernel itself changed."""
     marks = []

@@ -28,7 +28,9 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from llvmlite.binding import parse_assembly, parse_bitcode
 from numba.core import event, types
+from numba.core.runtime.nrt import rtsys
 
 from vmachining.notice import notice
 
@@ -87,10 +89,20 @@ def _compiled(function: Callable[..., Any], **options: Any) -> Any:
 
 
 def _guard(store: Any, function: Callable[..., Any]) -> None:
-    """Make a cache of numba know what its function imports, and survive what is wrong with its files."""
-    load, save, key = store.load_overload, store.save_overload, store._index_key
+    """Make a cache of numba know what its function imports, survive what is wrong with its files, and load machine code alone.
+
+    Its own `load_overload` first loads all that the compiler knows, scipy.linalg among it, and reads what is needed to put a
+    kernel into another: half a second at every start. A compiler loads both by itself when there is something to compile.
+    """
+    load, save, key, rebuild = (
+        store._load_overload,
+        store.save_overload,
+        store._index_key,
+        store._impl.rebuild,
+    )
 
     def guarded_load(signature: Any, context: Any) -> Any:
+        rtsys.initialize(context)  # counters of arrays
         try:
             return load(signature, context)
         except Exception:  # whatever a damaged file makes of it: the function is compiled anew
@@ -100,7 +112,14 @@ def _guard(store: Any, function: Callable[..., Any]) -> None:
         with suppress(Exception):  # full, read-only, damaged: the next session compiles again
             save(signature, data)
 
-    store.load_overload, store.save_overload = guarded_load, guarded_save
+    def quick_rebuild(context: Any, payload: Any) -> Any:
+        (name, kind, (code, bitcode)), described, *rest = payload
+        context.codegen()._engine._defined_symbols.add(described.llvm_cpython_wrapper_name)
+        made = rebuild(context, ((name, kind, (code, parse_assembly("").as_bitcode())), described, *rest))
+        made.library._get_module_for_linking = cache(lambda: parse_bitcode(bitcode))
+        return made
+
+    store.load_overload, store.save_overload, store._impl.rebuild = guarded_load, guarded_save, quick_rebuild
     store._index_key = lambda signature, codegen: (*key(signature, codegen), imported(function.__module__))
 
 

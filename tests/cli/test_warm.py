@@ -12,11 +12,11 @@ import pytest
 ASKED = """
 import atexit, json, sys
 from numba.core.caching import Cache
-asked, load = set(), Cache.load_overload
+asked, load = set(), Cache._load_overload
 def noted(self, signature, context):
     asked.add(f"{self._impl.locator.get_cache_path()} {self._impl.filename_base} {signature}")
     return load(self, signature, context)
-Cache.load_overload = noted
+Cache._load_overload = noted
 atexit.register(lambda: json.dump(sorted(asked), open(sys.argv[1], "w")))
 """
 """Every kernel and signature that a process asks the cache for, whether it was there or not, written as JSON."""
