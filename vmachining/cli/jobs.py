@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vmachining.cli.job_commands import CheckResult, Contact, Measure, Merge, Run, RunOptions
 from vmachining.cli.main import Code
@@ -14,8 +14,7 @@ from vmachining.cli.options import belong
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.cli.stop import Watch, watched
 from vmachining.errors import InputError
-from vmachining.job import Draft, Job, RunResult, Stopped, check_formats, draft_job, run
-from vmachining.job.asked import made_with
+from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import safe_name
 from vmachining.job.batch.one import ACCURACY, with_accuracy
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
@@ -32,6 +31,9 @@ from vmachining.job.toolpath import Toolpath
 from vmachining.progress import Progress
 from vmachining.textfile import parse_toml, read_text
 from vmachining.tolerance import BREP_SECONDS
+
+if TYPE_CHECKING:
+    from vmachining.job import Draft
 
 TYPES = "TYPE is flat, ball, bull, drill, chamfer or taper; mm, or 1/2in"
 """What stands after an option that asks for the shape of a tool."""
@@ -76,6 +78,8 @@ def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool, given: Se
                 "--tools, --tool and --units belong to a program", remedy="write them into the job file"
             )
         return file
+    from vmachining.job.asked import made_with
+
     target = file.with_suffix(".toml")
     words: list[str] | None = []
     if target.exists():
@@ -119,6 +123,8 @@ def draft_again(
     file: Path, target: Path, words: Sequence[str], *, tools: Path | None, units: str, given: Sequence[str]
 ) -> Draft:
     """The draft of a program with options added to those it was made with; a later option replaces an earlier one."""
+    from vmachining.job import draft_job
+
     before: dict[str, list[str]] = {}
     for name, value in zip(words[::2], words[1::2], strict=False):
         before.setdefault(name, []).append(value)

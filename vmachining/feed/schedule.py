@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.feed.blocks import FeedBlocks
 from vmachining.feed.limits import WORDS, Limit
-from vmachining.nc.rewrite import BlockEdit
+
+if TYPE_CHECKING:
+    from vmachining.nc import BlockEdit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,6 +125,8 @@ class Schedule:
 
     def edits(self) -> dict[int, BlockEdit]:
         """What to change in the program, by line. Blocks that were not scheduled do not appear."""
+        from vmachining.nc import BlockEdit
+
         starts, stops = self.sub_offset[:-1].tolist(), self.sub_offset[1:].tolist()
         feeds, ends = self.sub_feed_mm_min.tolist(), self.sub_end.tolist()
         lines = self.blocks.line.tolist()

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
+from vmachining.engines import dexel
 from vmachining.engines.columns import ColumnsEngine
-from vmachining.engines.dexel import RayEngine
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import NOTHING, Options, Removal
 from vmachining.errors import EngineError, InputError, StockError
@@ -329,13 +329,13 @@ class RayWitness:
     want_rel: float = WANT_REL
     most: int = MOST
     name: str = "dexel"
-    _engine: RayEngine | None = field(default=None, repr=False)
+    _engine: dexel.RayEngine | None = field(default=None, repr=False)
     _members: list[list[int]] = field(default_factory=list, repr=False)
 
     def __call__(self, block: int, again: bool = False) -> Judge:
         """See `vmachining.engines.brep.removal.check.Witness`."""
         if self._engine is None:
-            self._engine = RayEngine(self.stock, want_rel=self.want_rel, most=self.most)
+            self._engine = dexel.RayEngine(self.stock, want_rel=self.want_rel, most=self.most)
             self._members = [
                 [self._engine.add(sweep, k) for sweep in each] for k, each in enumerate(self.blocks)
             ]

@@ -8,6 +8,9 @@ states its own unit (G20, G21); a STEP file carries its own.
 
 from __future__ import annotations
 
+import ast
+import inspect
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
@@ -61,8 +64,24 @@ Range = Annotated[Pair, AfterValidator(_rising)]
 TOOL_KEYS = frozenset(MEANINGS)
 
 
+def meanings(model: type[Any]) -> dict[str, str]:
+    """What the keys of a table mean, as written below them; pydantic would read it from the source at every start."""
+    table: Any = ast.parse(inspect.getsource(model)).body[0]
+    found = {}
+    for key, text in pairwise(table.body):
+        match key, text:
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(meaning))):
+                found[name] = inspect.cleandoc(meaning)
+    return found
+
+
+def _explain(schema: dict[str, Any], model: type[Any]) -> None:
+    for key, text in meanings(model).items():
+        schema["properties"][key]["description"] = text
+
+
 class Keys(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, json_schema_extra=_explain)
 
 
 class ProgramKeys(Keys):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -20,7 +20,9 @@ from vmachining.job.model import Feed
 from vmachining.job.strategies import Planned
 from vmachining.job.toolpath import Block
 from vmachining.job.verified import owners
-from vmachining.nc import Rewritten
+
+if TYPE_CHECKING:
+    from vmachining.nc import Rewritten
 
 MAX_SAMPLES = 64
 """Parts in which one block is measured at most: a sub-block of 1/64 of a block is fine enough for a feed."""

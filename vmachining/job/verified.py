@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -31,7 +31,10 @@ from vmachining.job.stations import Stations
 from vmachining.job.strategies import PROGRAMMED, Planned, loads_of, row_of, strategies
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.job.toolpath import Block, Toolpath
-from vmachining.nc import BlockEdit, Motion, Program, Rewritten, rewrite_feeds
+from vmachining.nc import Motion, Program
+
+if TYPE_CHECKING:
+    from vmachining.nc import BlockEdit, Rewritten
 
 THERE = np.array([0.0, 0.4, 1.0])
 """Shares of a motion at which two are compared."""
@@ -82,6 +85,8 @@ def owners(written: Rewritten, lines: Sequence[int], blocks: Sequence[Block]) ->
 
 def divided_edits(plans: Mapping[str, Schedule]) -> dict[int, BlockEdit]:
     """Divide every block wherever any of the plans does, at its original feed."""
+    from vmachining.nc import BlockEdit
+
     some = next(iter(plans.values())).blocks
     edits = {}
     for k in range(len(some)):
@@ -104,6 +109,8 @@ def write_again(
     job: Job, place: ResultFolder, program: Program, edits: Mapping[int, BlockEdit], name: str
 ) -> Written:
     """A program with other feeds as a file of a result directory, read back."""
+    from vmachining.nc import rewrite_feeds
+
     text = rewrite_feeds(program, edits)
     with place.making(name):
         write_atomic(place.path / name, text.data)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable
 
-from pydantic import BaseModel, ValidationError
-from pydantic.fields import FieldInfo
+from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from vmachining.errors import JobError
 from vmachining.force import shipped
-from vmachining.job.model import JobFile
+from vmachining.job.model import JobFile, Keys, meanings
 from vmachining.tomlplaces import KeyPath, dotted, nearest
 
 MEANT: dict[tuple[str, ...], str] = {
@@ -127,40 +125,27 @@ def _place(path: KeyPath) -> str | None:
 
 def _example(path: KeyPath) -> str | None:
     """How a key is written, with what its numbers mean."""
-    info = _field(path)
-    if info is None or not info.examples:
+    *table, key = (part for part in path if isinstance(part, str))
+    model = _table(table)
+    info = None if model is None else model.model_fields.get(key)
+    if model is None or info is None or not info.examples:
         return None
-    return f"{path[-1]} = {info.examples[0]!s}: {info.description}"
-
-
-def _field(path: KeyPath) -> FieldInfo | None:
-    """What the model says of a key."""
-    model: Any = JobFile
-    info: FieldInfo | None = None
-    for part in path:
-        if isinstance(part, int):
-            continue
-        info = model.model_fields.get(part) if _is_model(model) else None
-        if info is None:
-            return None
-        model = _model_of(info)
-    return info
+    return f"{key} = {info.examples[0]!s}: {meanings(model)[key]}"
 
 
 def _known_keys(path: KeyPath) -> list[str]:
     """Keys that the model allows at a place, for suggestions."""
-    if not [part for part in path if isinstance(part, str)]:
-        return list(JobFile.model_fields)
-    info = _field(path)
-    model = None if info is None else _model_of(info)
+    model = _table(path)
     return list(model.model_fields) if model is not None else []
 
 
-def _model_of(info: FieldInfo) -> Any:
-    """The table that a key holds; None: it holds none."""
-    options = [info.annotation, *getattr(info.annotation, "__args__", ())]
-    return next((option for option in options if _is_model(option)), None)
-
-
-def _is_model(thing: Any) -> bool:
-    return isinstance(thing, type) and issubclass(thing, BaseModel)
+def _table(path: Iterable[str | int]) -> type[Keys] | None:
+    """The model of a table; None where no table is."""
+    model: type[Keys] | None = JobFile
+    for part in path:
+        if model is None or isinstance(part, int):
+            continue
+        info = model.model_fields.get(part)
+        options = [] if info is None else [info.annotation, *getattr(info.annotation, "__args__", ())]
+        model = next((one for one in options if isinstance(one, type) and issubclass(one, Keys)), None)
+    return model

@@ -476,4 +476,4 @@ def packed(header: dict[str, Any], arrays: dict[str, Any]) -> str:
     text = json.dumps(header | {"arrays": places}, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-(4 + len(text)) % 8)
     body = struct.pack("<I", len(text)) + text + b"".join(parts)
-    return base64.b64encode(gzip.compress(body, 6, mtime=0)).decode("ascii")
+    return base64.b64encode(gzip.compress(body, 3, mtime=0)).decode("ascii")
