@@ -69,6 +69,15 @@ def unique(numbers: Ints, count: int) -> Ints:
     return np.flatnonzero(seen)
 
 
+def places(held: Ints, numbers: Ints, count: int) -> Ints:
+    """Of numbers below `count` among sorted ones; of one that is not there any place."""
+    if count > 64 * len(held):
+        return np.minimum(np.searchsorted(held, numbers), max(len(held) - 1, 0))
+    at = np.zeros(count, dtype=np.int64)
+    at[held] = np.arange(len(held))
+    return np.asarray(at[numbers])
+
+
 def free(lattice: Lattice, taken: Ints) -> Squares:
     """What cells (k, 2) leave of the lattice, as squares that are as large as their place among powers of two allows."""
     n, m = len(lattice.xs) - 1, len(lattice.ys) - 1

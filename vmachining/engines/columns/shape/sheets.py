@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.columns.shape.lattice import Lattice, unique
+from vmachining.engines.columns.shape.lattice import Lattice, places, unique
 from vmachining.engines.columns.shape.walls import STEP, Heights, jumps
 
 LEVEL_MM = 1e-9
@@ -74,9 +74,9 @@ class Edges:
         )
         one, along_y = keys // 2, keys % 2
         other = one + np.where(along_y == 1, wide, 1)
-        p, q = np.searchsorted(nodes, one), np.searchsorted(nodes, other)
+        p, q = places(nodes, one, n), places(nodes, other, n)
         a, b = lattice.place(one), lattice.place(other)
-        asked = (owner[p] != owner[q]) & (np.abs(z[p] - z[q]) > STEP * (b - a).max(axis=1))
+        asked = (owner[p] != owner[q]) & (np.abs(z[p] - z[q]) > STEP * np.maximum(*(b - a).T))
         keys, a, b = keys[asked], a[asked], b[asked]
         found = jumps(at, a, b)
         self.key = keys[found.real]

@@ -7,7 +7,7 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.columns.shape import _kernels
 from vmachining.engines.columns.shape.cells import divide
-from vmachining.engines.columns.shape.lattice import Lattice, Squares, free, joined, unique
+from vmachining.engines.columns.shape.lattice import Lattice, Squares, free, joined, places, unique
 from vmachining.engines.columns.shape.sheets import LEVEL_MM, Border, Edges, Mesh
 from vmachining.engines.columns.shape.walls import Heights
 from vmachining.engines.protocol import StockSurface
@@ -29,18 +29,17 @@ def solid_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of:
     last one for none.
     """
     mesh, (i, j) = Mesh(), lattice.cells.T
-    corner = np.stack([lattice.node(i + a, j + b) for a, b in RING], axis=1)
-    nodes = unique(corner.ravel(), len(lattice.xs) * len(lattice.ys))
+    # rows of four lie column by column, which are quick to compare
+    corner = np.stack([lattice.node(i + a, j + b) for a, b in RING]).T
+    wide, count = len(lattice.xs), len(lattice.xs) * len(lattice.ys)
+    nodes = unique(corner.ravel(), count)
     z, owner = at(lattice.place(nodes))
     edges = Edges(at, lattice, nodes, z, owner)
-    where = np.searchsorted(nodes, corner)
-    heights, owners = z[where], owner[where]
+    where = places(nodes, corner.T, count)
+    heights, owners = z[where].T, owner[where].T
     first = corner[:, 0]
-    wide = len(lattice.xs)
-    wall = np.stack(
-        [edges.of(2 * first), edges.of(2 * first + 3), edges.of(2 * (first + wide)), edges.of(2 * first + 1)],
-        axis=1,
-    )
+    keys = 2 * first, 2 * first + 3, 2 * (first + wide), 2 * first + 1
+    wall = np.stack([edges.of(key) for key in keys]).T
     plain = (wall < 0).all(axis=1)
     nothing = heights <= bottom
     level = plain & (np.ptp(heights, axis=1) <= LEVEL_MM)
@@ -55,10 +54,10 @@ def solid_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of:
         ends = np.stack([outer.i0 + outer.i1, outer.j0 + outer.j1], axis=1) // 2
         solid = at(np.column_stack([lattice.xs[ends[:, 0]], lattice.ys[ends[:, 1]]]))[0] > bottom
         outer = Squares(*(a[solid] for a in outer))
-    same = (
-        block[flat, 0]
-        + (1 << 40) * np.unique(np.round(heights[flat, 0] / (10 * LEVEL_MM)), return_inverse=True)[1]
-    )
+    height = np.round(heights[flat, 0] / (10 * LEVEL_MM))
+    begin = np.flatnonzero(np.diff(height, prepend=np.nan))  # of cells in a row with one height
+    number = np.repeat(np.unique(height[begin], return_inverse=True)[1], np.diff(begin, append=len(height)))
+    same = block[flat, 0] + (1 << 40) * number
     floors = joined(lattice.cells[flat], same)
     floors = floors._replace(label=np.asarray((floors.label + (1 << 39)) % (1 << 40) - (1 << 39)))
     whole = ~gone & ~rim
@@ -67,21 +66,21 @@ def solid_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of:
     # nodes: those of the bottom first
     used = unique(
         np.concatenate([corner[~gone].ravel(), *(_nodes(lattice, s) for s in (outer, floors, under))]),
-        wide * len(lattice.ys),
+        count,
     )
-    places = lattice.place(used)
-    low = mesh.add(places, bottom)
+    spots = lattice.place(used)
+    low = mesh.add(spots, bottom)
     height = np.full(len(used), top)
     at_used = np.searchsorted(nodes, used)
     known = at_used < len(nodes)
     known[known] = nodes[at_used[known]] == used[known]
     height[known] = z[at_used[known]]
-    high = mesh.add(places, height)
+    high = mesh.add(spots, height)
     high = np.where(height > bottom, high, low)
     base = mesh.add(edges.place, bottom)
     sides = np.stack([np.where(h > bottom, mesh.add(edges.place, h), base) for h in edges.z])
 
-    in_use = np.searchsorted(used, corner)
+    in_use = places(used, corner, count)
     divide(
         mesh,
         at,
@@ -102,8 +101,8 @@ def solid_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of:
     crossed = unique(wall[rim][wall[rim] >= 0], len(edges.key))
     sheets: list[Border] = []
     for numbers, ids in ((above, high), (below, low)):
-        numbers = unique(numbers, wide * len(lattice.ys))
-        ids, ii, jj = ids[np.searchsorted(used, numbers)], 2 * (numbers % wide), 2 * (numbers // wide)
+        numbers = unique(numbers, count)
+        ids, ii, jj = ids[places(used, numbers, count)], 2 * (numbers % wide), 2 * (numbers // wide)
         if len(sheets):
             ids = np.concatenate([ids, base[crossed]])
             ii, jj = np.concatenate([ii, edges.i[crossed]]), np.concatenate([jj, edges.j[crossed]])
