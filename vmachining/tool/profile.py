@@ -51,12 +51,16 @@ class Segment(NamedTuple):
 
     def radius_at(self, z: float) -> float:
         """mm at a height inside the segment; the larger end if it is horizontal."""
+        return float(self.radii_at(np.float64(z)))
+
+    def radii_at(self, z: Floats | np.float64) -> Floats:
+        """(...,) mm at heights, as if there were no ends."""
         if self.is_arc:
-            return self.cr + float(np.sqrt(max(self.radius**2 - (z - self.cz) ** 2, 0.0)))
+            return np.asarray(self.cr + np.sqrt(np.maximum(self.radius**2 - (z - self.cz) ** 2, 0.0)))
         if self.z1 == self.z0:
-            return max(self.r0, self.r1)
+            return np.full(np.shape(z), max(self.r0, self.r1))
         share = (z - self.z0) / (self.z1 - self.z0)
-        return (1.0 - share) * self.r0 + share * self.r1
+        return np.asarray((1.0 - share) * self.r0 + share * self.r1)
 
     def cut(self, lo: float, hi: float) -> Segment:
         """The part between two heights inside it; the ends are kept bit for bit where they are not cut."""
@@ -221,14 +225,7 @@ class Profile:
         out = np.zeros(heights.shape)
         for s in self.segments:
             here = (heights >= s.z0) & (heights <= s.z1)
-            if s.is_arc:
-                r = s.cr + np.sqrt(np.maximum(s.radius**2 - (heights - s.cz) ** 2, 0.0))
-            elif s.z1 > s.z0:
-                share = (heights - s.z0) / (s.z1 - s.z0)
-                r = (1.0 - share) * s.r0 + share * s.r1
-            else:
-                r = np.full(heights.shape, max(s.r0, s.r1))
-            out = np.where(here, np.maximum(out, r), out)
+            out = np.where(here, np.maximum(out, s.radii_at(heights)), out)
         return out
 
     def clip(self, z_lo: float, z_hi: float) -> Profile:
@@ -340,7 +337,7 @@ def _tidy(segments: list[Segment]) -> list[Segment]:
         raise ToolError("profile: the body has no volume", remedy="give at least one radius above zero")
     while (
         out[0].r0 == out[0].r1 == 0.0 and not out[0].is_arc
-    ):  # along the axis: a corner ends there up to rounding
+    ):  # on the axis: corners end there up to rounding
         out.pop(0)
     return out
 

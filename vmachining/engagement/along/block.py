@@ -230,13 +230,8 @@ def contact_along(
         # exact distances know what only touches: this ends where the tool stands
         path = paths[owner[s]].split([float(before[s])])[0]
         extra[s] = sweeps.push(Sweep.along(cutters[owner[s]], path))
-    boxes = np.concatenate(
-        [
-            np.maximum(boxes[:, :3], sweeps.bounds[0] - 1e-6),
-            np.minimum(boxes[:, 3:], sweeps.bounds[1] + 1e-6),
-        ],
-        axis=1,
-    )
+    low, high = sweeps.bounds + [[-1e-6], [1e-6]]
+    boxes = np.concatenate([np.maximum(boxes[:, :3], low), np.minimum(boxes[:, 3:], high)], axis=1)
     radius = min(edge.profile.max_radius for edge in edges)
     walker = _Walk(sweeps, boxes, asked[0][0], radius)
     stops = Stops(sweeps.cuts, station, extra, nows, tips, boxes, columns)

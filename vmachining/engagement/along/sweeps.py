@@ -148,13 +148,10 @@ class Sweeps:
         for (_, straight), found in groupby(motions, key=lambda one: (id(one[0]), isinstance(one[1], Line))):
             group = list(found)
             cutter = group[0][0]
-            tool, corner = self._cutters.setdefault(
-                id(cutter), (cutter, len(self._cutters), _corner(cutter))
-            )[1:]
-            if (
-                straight
-                and (rows := _straight(corner, [path for _, path in group], self.bounds[1, 2])) is not None
-            ):
+            known = cutter, len(self._cutters), _corner(cutter)
+            _, tool, corner = self._cutters.setdefault(id(cutter), known)
+            rows = _straight(corner, [path for _, path in group], self.bounds[1, 2]) if straight else None
+            if rows is not None:
                 first, n = self._rows[0].count, len(group)
                 self._put(rows, tool, np.full(n, -1))
                 own = np.full(n, int(not cutter.is_convex))
@@ -184,7 +181,7 @@ class Sweeps:
 
     @property
     def _tables(self) -> tuple[_Rows, ...]:
-        """Of the world of exact distances."""
+        """Of the world of exact distances, in its order."""
         return (
             self._box, self._form, self._start, self._path, self._tol, self._frames, self._pieces, self._seg,
             self._limits, self._waves,
@@ -264,10 +261,7 @@ class Sweeps:
     @property
     def world(self) -> World:
         """For the kernels."""
-        return World(
-            self.kind, self.stock, self._box.view, self._form.view, self._start.view, self._path.view, self._tol.view,
-            self._frames.view, self._pieces.view, self._seg.view, self._limits.view, self._waves.view, *self.mesh,
-        )  # fmt: skip
+        return World._make((self.kind, self.stock, *(table.view for table in self._tables), *self.mesh))
 
 
 def _closed(corner: Corner | None, path: Motion, top: float) -> tuple[Ints, Floats, Floats]:

@@ -111,12 +111,7 @@ def without_crumbs(shape: Any) -> Any:
 
 def has_open_shell(shape: Any) -> bool:
     """Whether some shell does not close."""
-    shells = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_SHELL)
-    while shells.More():
-        if not BRep_Tool.IsClosed_s(shells.Current()):
-            return True
-        shells.Next()
-    return False
+    return not all(BRep_Tool.IsClosed_s(shell) for shell in shells_of(shape))
 
 
 def place(point: Floats) -> Any:

@@ -48,11 +48,10 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
         raise StockError(f"cannot read: {exc.strerror or exc}", file=name) from exc
     if b"ISO-10303-21" not in head:
         raise StockError("not a STEP file (it does not start with ISO-10303-21)", file=name)
-    from OCP.Message import Message
-
     from vmachining.engines.brep.occt import parts
+    from vmachining.engines.brep.occt.booleans import quiet
 
-    Message.DefaultMessenger_s().ChangePrinters().Clear()  # OCCT talks on stdout, which is ours
+    quiet()  # OCCT talks on stdout, which is ours
     try:
         shapes = shapes_in(name)
     except Exception as exc:  # OCCT raises whatever its parser meets

@@ -8,7 +8,13 @@ import numpy as np
 
 from vmachining.engines.brep.occt.booleans import is_empty
 from vmachining.engines.brep.occt.measure import volume
-from vmachining.engines.brep.occt.parts import has_loose_faces, has_open_shell, without_crumbs
+from vmachining.engines.brep.occt.parts import (
+    faces_of,
+    has_loose_faces,
+    has_open_shell,
+    shells_of,
+    without_crumbs,
+)
 from vmachining.errors import EngineError
 
 
@@ -37,14 +43,11 @@ def inspect(shape: Any) -> Inspection:
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp
     from OCP.TopoDS import TopoDS
-    from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape, TopTools_IndexedMapOfShape
+    from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape
 
     owners = TopTools_IndexedDataMapOfShapeListOfShape()
     TopExp.MapShapesAndAncestors_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_FACE, owners)
-    faces, shells = TopTools_IndexedMapOfShape(), TopTools_IndexedMapOfShape()
-    TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_FACE, faces)
-    TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_SHELL, shells)
-    shortest, degenerate, closed = np.inf, 0, shells.Extent() == 1
+    shortest, degenerate, closed = np.inf, 0, len(shells_of(shape)) == 1
     for k in range(1, owners.Extent() + 1):
         edge = TopoDS.Edge_s(owners.FindKey(k))
         if BRep_Tool.Degenerated_s(edge):
@@ -55,7 +58,7 @@ def inspect(shape: Any) -> Inspection:
     return Inspection(
         valid=bool(BRepCheck_Analyzer(shape).IsValid()),
         closed=bool(closed),
-        faces=faces.Extent(),
+        faces=len(faces_of(shape)),
         edges=owners.Extent(),
         shortest_mm=float(shortest),
         degenerate=degenerate,
