@@ -20,8 +20,7 @@ from vmachining.nc.files import MAX_BYTES, decode_program
 from vmachining.nc.findings import CATALOGUE, beyond_travel, explain, finding, finding_record, move_record
 from vmachining.nc.lexer import LexedLine, Word, lex_line, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point, Program
-from vmachining.nc.settings import Settings
-from vmachining.nc.tooltable import ToolEntry, read_tool_table
+from vmachining.nc.settings import Settings, ToolEntry, read_tool_table
 
 if TYPE_CHECKING:
     from vmachining.nc.rewrite import BlockEdit, Rewritten, rewrite_feeds

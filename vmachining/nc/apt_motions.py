@@ -15,9 +15,8 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple
 
-from vmachining.nc.arcs import PLANES, check_center, is_rounded
 from vmachining.nc.findings import finding
-from vmachining.nc.frames import UP, Frame, columns, cross, dot
+from vmachining.nc.frames import PLANES, UP, Frame, check_center, columns, cross, dot, is_rounded
 from vmachining.nc.model import ArcError, Finding, Motion, Move, Point, RecordError, subtract
 from vmachining.nc.poses import AXIS_TOLERANCE, unit_axis
 from vmachining.nc.settings import Settings

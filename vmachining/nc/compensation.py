@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
-from vmachining.nc.arcs import Plane
+from vmachining.nc.frames import Plane
 from vmachining.nc.model import CompensationError, Motion, Move, Point, add, put, subtract
 from vmachining.nc.offset_curves import (
     Curve,

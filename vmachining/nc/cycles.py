@@ -47,8 +47,8 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
-from vmachining.nc.arcs import Plane
 from vmachining.nc.block import spell
+from vmachining.nc.frames import Plane
 from vmachining.nc.model import Motion
 from vmachining.nc.run import Run
 

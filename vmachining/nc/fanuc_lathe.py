@@ -15,11 +15,11 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from vmachining.nc.arcs import PLANES
 from vmachining.nc.block import Problem, spell
 from vmachining.nc.fanuc_lathe_cycles import HOLES, MANY, PASSES, Cycles, Find, Turned
 from vmachining.nc.fanuc_line import Line, Words
 from vmachining.nc.fanuc_lines import has_system_b
+from vmachining.nc.frames import PLANES
 from vmachining.nc.lexer import Word, lex_line
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State

@@ -11,9 +11,8 @@ from typing import Any
 
 from vmachining.nc.block import Problem
 from vmachining.nc.lexer import Word
-from vmachining.nc.settings import Settings
+from vmachining.nc.settings import Settings, ToolEntry
 from vmachining.nc.state import State
-from vmachining.nc.tooltable import ToolEntry
 
 Words = list[tuple[Word, float]]
 Hooks = list[Callable[[State], None]]

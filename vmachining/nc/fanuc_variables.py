@@ -16,8 +16,8 @@ from __future__ import annotations
 from math import isnan
 from typing import TYPE_CHECKING, Final
 
-from vmachining.nc.arcs import PLANES
 from vmachining.nc.expressions import NoValueError
+from vmachining.nc.frames import PLANES
 from vmachining.nc.model import put
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from vmachining.nc.arcs import PLANES
+from vmachining.nc.frames import PLANES
 from vmachining.nc.model import Finding, Motion, Move, Point, add, subtract
 
 

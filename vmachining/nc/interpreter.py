@@ -9,9 +9,9 @@ import math
 from typing import Final
 
 from vmachining.nc import cycles, offsets
-from vmachining.nc.arcs import PLANES, arc_length, center_from_radius, check_center, is_rounded
 from vmachining.nc.block import CYCLES, Block, Problem, spell
 from vmachining.nc.compensation import Compensation
+from vmachining.nc.frames import PLANES, arc_length, center_from_radius, check_center, is_rounded
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import ArcError, Motion, Move, Point, add, put, subtract
 from vmachining.nc.placing import turned_arc

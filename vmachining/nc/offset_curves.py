@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple, TypeAlias
 
-from vmachining.nc.arcs import Plane
+from vmachining.nc.frames import Plane
 from vmachining.nc.model import CompensationError, CornerError, Motion, Move, add, put, subtract
 
 Pair: TypeAlias = tuple[float, float]

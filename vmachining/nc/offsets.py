@@ -14,8 +14,8 @@ from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Point, add, put, subtract
 from vmachining.nc.placing import swung
 from vmachining.nc.run import Run
+from vmachining.nc.settings import ToolEntry
 from vmachining.nc.state import ORIGIN, WORK_OFFSETS
-from vmachining.nc.tooltable import ToolEntry
 
 AXES: Final = "XYZ"
 

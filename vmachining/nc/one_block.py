@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable
 from typing import Final
 
-from vmachining.nc.arcs import PLANES
 from vmachining.nc.block import (
     AXIS_CLAIMING,
     CYCLES,
@@ -28,7 +27,7 @@ from vmachining.nc.fanuc_okuma import user_task
 from vmachining.nc.fanuc_variables import FAMILY_FREE
 from vmachining.nc.findings import CATALOGUE
 from vmachining.nc.flow import Flow
-from vmachining.nc.frames import UP
+from vmachining.nc.frames import PLANES, UP
 from vmachining.nc.interpreter import INCH, execute
 from vmachining.nc.lexer import MAX_VALUE, LexedLine, Word, lex_line
 from vmachining.nc.model import Finding, Motion, Move, add

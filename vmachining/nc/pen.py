@@ -19,9 +19,8 @@ import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-from vmachining.nc.arcs import arc_length, check_center, is_rounded
 from vmachining.nc.compensation import JOINED_MM, Compensation
-from vmachining.nc.frames import UP, Frame
+from vmachining.nc.frames import UP, Frame, arc_length, check_center, is_rounded
 from vmachining.nc.model import ASSUMED_RPM, ArcError, Motion, Move, PenError, Point, put
 from vmachining.nc.offset_curves import Pair, joined, segment, tangents
 from vmachining.nc.placing import Corner, Placing, swung

@@ -9,10 +9,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Final, Literal, NamedTuple
 
-from vmachining.nc.arcs import PLANES
 from vmachining.nc.compensation import Compensation
 from vmachining.nc.findings import finding
-from vmachining.nc.frames import IDENTITY, UP, Frame, about, cross, dot, unit
+from vmachining.nc.frames import IDENTITY, PLANES, UP, Frame, about, cross, dot, unit
 from vmachining.nc.model import Finding, Motion, Move, PenError, Point, add, put, subtract
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.settings import Settings

@@ -29,9 +29,9 @@ from dataclasses import fields
 from operator import attrgetter
 from typing import Any, Final, NamedTuple
 
-from vmachining.nc.arcs import PLANES, check_center, is_rounded
 from vmachining.nc.expressions import BINARY, FANUC, FUNCTIONS, Expression, Name, NoValueError
 from vmachining.nc.fanuc_variables import FAMILY_FREE
+from vmachining.nc.frames import PLANES, check_center, is_rounded
 from vmachining.nc.lexer import MAX_VALUE, Assignment, Word, lex_line
 from vmachining.nc.model import ArcError, CompensationError, Motion, Move, add
 from vmachining.nc.run import SLOWEST_MM_MIN

@@ -20,7 +20,6 @@ from math import cos, isnan, radians, sin
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from vmachining.nc.arcs import PLANES, Plane
 from vmachining.nc.block import spell
 from vmachining.nc.expressions import (
     FANUC,
@@ -33,13 +32,13 @@ from vmachining.nc.expressions import (
     parameter_number,
 )
 from vmachining.nc.fanuc_variables import FAMILY_FREE, is_switch, set_variable, variable
-from vmachining.nc.frames import UP, Frame
+from vmachining.nc.frames import PLANES, UP, Frame, Plane
 from vmachining.nc.model import Move, Point, add, subtract
 
 if TYPE_CHECKING:
     from vmachining.nc.compensation import Compensation
     from vmachining.nc.cycles import Cycle, Pattern, Stored
-    from vmachining.nc.tooltable import ToolEntry
+    from vmachining.nc.settings import ToolEntry
 
 ORIGIN: Final[Point] = (0.0, 0.0, 0.0)
 LOCALS: Final = 30

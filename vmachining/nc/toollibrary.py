@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from vmachining.errors import ToolError
+from vmachining.nc.settings import read_tool_table
 from vmachining.nc.toolcomments import INCH, ToolNote, tool_notes
-from vmachining.nc.tooltable import read_tool_table
 
 _TBL: Final = re.compile(r"^[ \t]*T[ \t]*(\d+)[^;\n]*;([^\n()]*)", re.MULTILINE | re.IGNORECASE)
 LARGEST: Final = 64 * 2**20

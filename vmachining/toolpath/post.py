@@ -20,7 +20,7 @@ from vmachining.errors import InputError
 from vmachining.geometry.rotation import great_circle
 from vmachining.machine import JointPath, Machine, axis_deviation, follow
 from vmachining.nc import Motion, Move
-from vmachining.nc.arcs import PLANES
+from vmachining.nc.frames import PLANES
 from vmachining.nc.model import Point
 
 POSTS: Final = ("iso", "fanuc", "sinumerik", "heidenhain")

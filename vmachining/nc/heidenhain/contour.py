@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from vmachining.nc.arcs import PLANES, Plane, center_from_radius
+from vmachining.nc.frames import PLANES, Plane, center_from_radius
 from vmachining.nc.heidenhain.text import Word
 from vmachining.nc.model import ArcError, PenError, Point, put, refused
 from vmachining.nc.offset_curves import Pair

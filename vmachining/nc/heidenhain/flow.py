@@ -7,8 +7,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from vmachining.nc.execution import FREE, Block, Execution
-from vmachining.nc.formula import FormulaError, evaluate
+from vmachining.nc.execution import FREE, Block, Execution, FormulaError, evaluate
 from vmachining.nc.heidenhain.contour import AXES
 from vmachining.nc.heidenhain.text import Word, blocks
 from vmachining.nc.model import PenError, misread, refused

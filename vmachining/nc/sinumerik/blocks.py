@@ -6,7 +6,7 @@ import math
 import re
 from typing import Final
 
-from vmachining.nc.arcs import center_from_radius
+from vmachining.nc.frames import center_from_radius
 from vmachining.nc.model import ArcError, PenError, Point, put, refused
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.sinumerik.modes import Modes

@@ -6,8 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from vmachining.nc.execution import Block, Execution
-from vmachining.nc.formula import FormulaError, evaluate
+from vmachining.nc.execution import Block, Execution, FormulaError, evaluate
 from vmachining.nc.model import PenError, misread, refused
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.text import arguments, units

@@ -39,7 +39,7 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from vmachining.nc.arcs import PLANES
+from vmachining.nc.frames import PLANES
 from vmachining.nc.milled import ArcSlot, Cut, Face, Rounded, face, mill, stud_blank
 from vmachining.nc.model import PenError, refused
 from vmachining.nc.pen import Pen

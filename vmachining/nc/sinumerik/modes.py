@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Final
 
-from vmachining.nc.arcs import PLANES
 from vmachining.nc.execution import MILLS
+from vmachining.nc.frames import PLANES
 from vmachining.nc.model import PenError, misread, refused
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.settings import Settings
