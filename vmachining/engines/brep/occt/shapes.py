@@ -312,12 +312,17 @@ class _Turned(Surface):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cylinder(_Turned):
-    """v is the height."""
+class _Round(_Turned):
+    """Radius where v is zero."""
 
     frame: Frame
     radius: float
     period = (TURN, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cylinder(_Round):
+    """v is the height."""
 
     @property
     def geom(self) -> Any:
@@ -331,13 +336,10 @@ class Cylinder(_Turned):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cone(_Turned):
-    """Radius `radius` at height 0, growing with tan(half angle); v is the length along the generator."""
+class Cone(_Round):
+    """The radius grows with tan(half angle); v is the length along the generator."""
 
-    frame: Frame
-    radius: float
     half_angle: float
-    period = (TURN, 0.0)
 
     @property
     def geom(self) -> Any:
@@ -381,12 +383,8 @@ class Torus(_Turned):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sphere(_Turned):
+class Sphere(_Round):
     """v is the latitude."""
-
-    frame: Frame
-    radius: float
-    period = (TURN, 0.0)
 
     @property
     def geom(self) -> Any:
