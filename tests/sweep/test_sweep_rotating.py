@@ -17,8 +17,6 @@ from test_sweep_turning import TURNS, UP, tilted
 from vmachining.errors import SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Pose, Sweep, Turn
-from vmachining.sweep.rotating import _kernels as rotating
-from vmachining.sweep.rotating.pose import _kernels as pose
 from vmachining.tool import BullNose, FlatEnd, Profile
 
 ON_SURFACE = 1e-10
@@ -95,6 +93,46 @@ def test_distance_is_one_lipschitz(profile: Profile, turn: Turn):
     a, b = around(sweep, 12, 1), around(sweep, 12, 2)
     change = np.abs(sweep.signed_distance(a) - sweep.signed_distance(b))
     assert (change <= np.linalg.norm(a - b, axis=1) + 1e-9).all()
+
+
+@pytest.mark.parametrize("seed", range(9))
+def test_lines_that_leave_a_flat_cutter_over_its_rim(seed):
+    """Against 10,001 poses in closed form: each lies in what is found, which is hardly longer than all of them.
+
+    Lines close to the rim: chords that close at a corner, ends that turn back at an edge.
+    """
+    rng = np.random.default_rng(seed)
+    lean, spin = rng.uniform(1.0, 40.0), rng.uniform(0.0, 360.0)
+    start = Pose((0, 0, 0), tilted(lean, spin))
+    end = Pose(rng.normal(size=3) * [0.6, 0.6, 0.2], tilted(lean + rng.uniform(0.1, 2.0), spin + 1.0))
+    turn, r, top, u = (
+        Turn.great_circle(start, end),
+        FLAT.diameter / 2.0,
+        FLAT.profile.z_max,
+        np.eye(3)[seed % 3],
+    )
+    t, angle = np.linspace(0.0, 1.0, 10_001), rng.uniform(0.0, 2.0 * pi, (60, 1))
+    tips, axes, across = turn.position(t), turn.axis(t), np.linalg.svd(turn.axis(0.5)[None])[2][1:]
+    rim = (r + 0.3 * rng.normal(size=(60, 1))) * (np.cos(angle) * across[0] + np.sin(angle) * across[1])
+    origins = turn.position(0.5) + rim
+    found = Sweep.along(FLAT, turn).ray_intervals(origins, u)
+    last = np.cumsum(found.counts)
+    for o, b, n in zip(origins, last, found.counts, strict=True):
+        w = o - tips
+        z, up = (w * axes).sum(axis=1), axes @ u
+        x, v = w - z[:, None] * axes, u - up[:, None] * axes
+        a, half, rest = (v * v).sum(axis=1), (x * v).sum(axis=1), (x * x).sum(axis=1) - r * r
+        root = np.sqrt(np.where(half**2 > a * rest, half**2 - a * rest, np.nan))
+        discs = np.sort([-z / up, (top - z) / up], axis=0)
+        low, high = np.maximum((-half - root) / a, discs[0]), np.minimum((-half + root) / a, discs[1])
+        low, high = low[low < high], high[low < high]
+        enter, leave = found.enter[b - n : b], found.leave[b - n : b]
+        of = np.searchsorted(enter, low + ON_SURFACE) - 1
+        assert (of >= 0).all() and (high <= leave[of] + ON_SURFACE).all()
+        order = np.argsort(low)
+        before = np.maximum.accumulate(high[order])[:-1]
+        held = (high.max() - low.min() - np.maximum(low[order][1:] - before, 0.0).sum()) if len(low) else 0.0
+        assert (leave - enter).sum() - held < 0.02
 
 
 def test_a_part_of_a_ray_is_that_part_of_the_whole_ray():
@@ -210,34 +248,6 @@ def test_faces_that_slide_in_their_plane_and_axes_that_only_spin():
     found = pivot.ray_intervals([(0, 0, 25), (11, 0, 25)], [(1, 0, 0), (0, 1, 0)])
     assert found.enter == pytest.approx([-10])
     assert found.leave == pytest.approx([10])
-
-
-@pytest.mark.parametrize("name", ["wide", "ab", "middle"])
-def test_the_search_asks_for_more_room_rather_than_drop_a_stretch(name):
-    """A stack of one row has to grow until it finds what a large one finds."""
-    sweep = Sweep.along(FLAT, MOTIONS[name])
-    q = sweep._moved()
-    poses = np.zeros((3, 12))
-    for k in range(3):
-        pose.state(q.waves, 0.5 * k, poses[k])
-    origins, directions = lines(sweep, 40)
-    origins = origins - sweep.path.start
-    found = []
-    for rows in (1, 160):
-        lo, hi = np.zeros((2, len(origins), 16))
-        counts = []
-        for i, (o, u) in enumerate(zip(origins, directions, strict=True)):
-            cells, shots = np.zeros((rows, 29)), np.zeros((3, 13))
-            counts.append(
-                rotating.ray_piece(
-                    q.seg, q.planes, q.arcs, q.ends, 0, q.limits[0], q.waves, o, u, q.tol, cells, shots, poses,
-                    np.zeros(12), lo[i], hi[i], 0,
-                )
-            )  # fmt: skip
-        found.append((counts, lo, hi))
-    (counts, lo, hi), (same, low, high) = found
-    assert counts == same and max(counts) > 0
-    assert np.array_equal(lo, low) and np.array_equal(hi, high)
 
 
 @pytest.mark.parametrize(

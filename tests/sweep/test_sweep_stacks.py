@@ -29,18 +29,10 @@ def packed(profile: Profile, turn: Turn):
     return q, poses
 
 
-def intervals(q, poses, rows: int, origins, directions) -> list[list[float]]:
-    out = []
-    for o, u in zip(origins, directions, strict=True):
-        o = o - (o @ u) * u
-        lo, hi, n = np.full(64, np.nan), np.full(64, np.nan), 0
-        for piece in range(len(q.ends) - 1):
-            n = rotating.ray_piece(
-                q.seg, q.planes, q.arcs, q.ends, piece, q.limits[piece], q.waves, o, u, q.tol, np.zeros((rows, 29)),
-                np.zeros((3, 13)), poses, np.zeros(12), lo, hi, n,
-            )  # fmt: skip
-        out.append([*lo[:n], *hi[:n]])
-    return out
+def intervals(q, rows: int, origins, directions) -> list[list[float]]:
+    counts, (lo, hi) = np.zeros(len(origins), dtype=np.int64), np.full((2, len(origins), 64), np.nan)
+    rotating.rays(q, rows, origins, directions, counts, lo, hi)
+    return [[*low[:n], *high[:n]] for low, high, n in zip(lo, hi, counts.tolist(), strict=True)]
 
 
 @pytest.mark.parametrize("name", ["ac", "middle"])
@@ -52,7 +44,7 @@ def test_a_full_stack_grows_and_changes_nothing(name, tool):
     sweep = Sweep.along(profile, TURNS[name])
     origins, directions = lines(sweep, 25)
     origins = origins - sweep.path.start
-    small, large = (intervals(q, poses, rows, origins, directions) for rows in (FULL, 4096))
+    small, large = (intervals(q, rows, origins, directions) for rows in (FULL, 4096))
     assert small == large and any(small)
     for x, y, z in around(sweep, 25) - sweep.path.start:
         found = []
@@ -116,7 +108,7 @@ def test_what_is_given_up_is_in_the_error_of_the_volume(patience):
     q, _ = packed(profile, turn)
     found = flux_volume(profile, q, wanted=1e-3, patience=patience)
     assert abs(found.volume - 29303.046344) <= found.error
-    assert (found.error > 50.0) == (patience < 1000)  # impatience is dear, and that is told
+    assert (found.error > 10.0) == (patience < 1000)  # impatience is dear, and that is told
 
 
 def test_what_a_cylinder_enters_is_bounded_where_one_of_its_circles_all_but_stands_still():

@@ -10,6 +10,7 @@ Symbols: w frequency, rad per unit of t; Z = P - iQ complex amplitude, value = R
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -88,6 +89,7 @@ class Series:
                     terms.append(0.5 * np.stack([x[0] @ b[0], x[0] @ b[1] + x[1] @ b[0]]))
         return _collect(np.array(frequencies), np.array(terms))
 
+    @lru_cache(maxsize=1024)  # noqa: B019  several are asked for more than once for every block
     def bound(self, derivative: int) -> float:
         """Upper bound of the Euclidean length of a derivative for t in [0, 1]; vectors only."""
         return float(bounds(self.frequencies, self.terms, derivative))

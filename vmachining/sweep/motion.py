@@ -36,8 +36,8 @@ ULPS = 16
 CHUNK = 16384
 """Rays worked on at once; bounds the memory of the interval buffers."""
 
-BEYOND = 1e3
-"""mm past the end of a part of a line that are taken as covered: the proofs of `turned` only ask whether there is enough."""
+CAPACITY = 8
+"""Intervals of a ray that there is room for at first."""
 
 Body: TypeAlias = Cutter | Profile
 Place: TypeAlias = ArrayLike | Pose
@@ -312,26 +312,24 @@ class Sweep:
         easy = np.full(len(origins), q is None)
         if p is not None and q is not None:  # level circle
             easy = (directions[:, 0] == 0.0) & (directions[:, 1] == 0.0)
-        capacity, (first, last) = 8, between.T[:, :, None]
         bounded = q is not None and bool(np.isfinite(between).all())
-        while True:
-            lo, hi = np.empty((2, len(origins), capacity))
-            counts = np.zeros(len(origins), dtype=np.int64)
-            if bounded:  # what lies beyond is covered
-                lo[:, :1], hi[:, :1], lo[:, 1:2], hi[:, 1:2] = first - BEYOND, first, last, last + BEYOND
-                whole = (last - first)[:, 0] <= 2.0 * _kernels.MERGE
-                hi[whole, 0] = last[whole, 0] + BEYOND
-                counts[~easy] = np.where(whole, 1, 2)[~easy]
-            for near, who in ((True, easy), (False, ~easy)):
-                if who.all():  # of one kind, as mostly: nothing is copied
+        lo, hi = np.empty((2, len(origins), CAPACITY))
+        counts, who = np.zeros(len(origins), dtype=np.int64), np.arange(len(origins))
+        while len(who):
+            if bounded:
+                rotating.beyond(who, between, easy, counts, lo, hi)
+            for near in (True, False):
+                some = who[easy[who] == near]
+                if len(some) == len(origins):  # of one kind, as mostly: nothing is copied
                     self._intervals(near, origins, directions, counts, lo, hi)
-                elif who.any():
-                    count, low, high = counts[who], lo[who], hi[who]
-                    self._intervals(near, origins[who], directions[who], count, low, high)
-                    counts[who], lo[who], hi[who] = count, low, high
-            if (counts >= 0).all():
-                break
-            capacity *= 4
+                elif len(some):
+                    count, low, high = counts[some], lo[some], hi[some]
+                    self._intervals(near, origins[some], directions[some], count, low, high)
+                    counts[some], lo[some], hi[some] = count, low, high
+            who = np.flatnonzero(counts < 0)
+            if len(who):  # once more, with room for four times as many
+                counts[who] = 0
+                lo, hi = (np.concatenate([x, x, x, x], axis=1) for x in (lo, hi))
         enter, leave = np.empty((2, int(counts.sum())))
         found = _kernels.left(lo, hi, counts, between, bounded, enter, leave)
         return RayIntervals(counts, enter[:found], leave[:found])
@@ -346,9 +344,7 @@ class Sweep:
             _kernels.rays(p.seg, p.first, p.size, p.path, origins, directions, p.tol, counts, lo, hi)
         else:
             assert q is not None
-            rotating.rays(
-                q.seg, q.planes, q.arcs, q.ends, q.limits, q.waves, origins, directions, q.tol, counts, lo, hi
-            )
+            rotating.rays(q, rotating.STACK, origins, directions, counts, lo, hi)
 
 
 def _parts(between: ArrayLike, n: int) -> Floats:

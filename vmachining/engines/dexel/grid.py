@@ -156,7 +156,7 @@ class RayGrid:
             return sweep.ray_intervals(where, way)
         part = np.empty((len(rays), 2))
         _kernels.worth(self.lattice, self.lists, rays, low, high, part)
-        threads = min(os.cpu_count() or 1, len(rays) // THREADED)
+        threads = min(len(rays) // THREADED, os.cpu_count() or 1) if len(rays) >= 2 * THREADED else 1
         if threads < 2:
             return sweep.ray_intervals(where, way, between=part)
         with ThreadPoolExecutor(threads) as pool:

@@ -7,6 +7,8 @@
 # The body lies below each of its tangent planes, so x in K(t) needs phi0 + N.(x - x0) - (t - t0) N.V(x) <= bend
 # (t - t0)^2 / 2. That proves over which stretch of time a ray cannot leave what is covered.
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vmachining.jit import kernel, leaf
@@ -17,6 +19,10 @@ STOP = 1e-11  # mm: what a stretch of time could add when it is given up
 MERGE = 1e-10  # mm: intervals closer than this are one
 PATIENCE = 1000  # cells after which STOP grows a hundredfold: surfaces that slide along themselves
 LOOSE = 1e-7  # mm: where it stops growing
+BEYOND = 1e3  # mm past an end of a part of a line that are taken as covered: proofs only ask whether there is enough
+STACK = 160  # rows of a stack of stretches of time, at first
+SLOW = 0.9  # a bracket that shrinks to more than this is halved
+TWICE = 1.9  # a cut that far from an extreme, in proofs of the extreme, proves back to it where the body is convex
 
 
 @leaf
@@ -133,63 +139,144 @@ def grown(cells):
 
 
 @leaf
+def stationary(fa, fb, rise, w):
+    """Where between 0 and w the cubic with these slopes and rise has its extreme; slopes of either sign, one of each."""
+    way = 1.0 if fa < 0.0 else -1.0
+    a = 3.0 * way * (fa + fb - 2.0 * rise / w)
+    b = 2.0 * way * (3.0 * rise / w - 2.0 * fa - fb)
+    root = np.sqrt(b * b - 4.0 * a * way * fa)
+    return -2.0 * way * fa * w / (b + root) if b > 0.0 else 0.5 * (root - b) * w / a
+
+
+@leaf
 def split_at(ta, tb, da, db, fa, fb, rise, bracket, last):
     """Where to cut a stretch whose ends prove da and db of it.
 
     bracket: an extreme lies between, with slopes fa, fb at the ends and `rise` from end to end. Where a smooth
-    function would have its tangents meet in the middle they find an edge of the body, else the secant finds
-    the stationary point. Without bracket: the geometric mean of what is open, proofs grow with the distance.
+    function would have its tangents meet in the middle they find an edge of the body, else a cubic finds the
+    stationary point. Beyond it: the geometric mean of what is open, as proofs grow with the distance; but first as near to an
+    extreme as proves back to it, since half of the distance is proven towards it and many times as much away from it.
     """
     w = tb - ta
-    small = 1e-3 * w
-    if bracket and fa != fb and last <= 0.5:
+    if bracket and last > SLOW:
+        return 0.5 * (ta + tb)
+    if bracket:
         t = (rise - fb * w) / (fa - fb)
         if abs(t - 0.5 * w) < 0.1 * w:
-            t = w * fa / (fa - fb)
-        return min(max(ta + t, ta + small), tb - small)
-    if bracket:
-        return 0.5 * (ta + tb)
-    da, db = max(da, small), max(db, small)
+            t = stationary(fa, fb, rise, w)
+        if da < t < w - db:
+            return ta + min(max(t, 1e-3 * w), 0.999 * w)
     if da + db >= w:
         return 0.5 * (ta + tb)
-    t = ta + np.sqrt(da * (w - db)) if da < db else tb - np.sqrt(db * (w - da))
-    return min(max(t, ta + small), tb - small)
+    near, far = max(min(da, db), 1e-5 * w), max(da, db, 1e-5 * w)
+    step = np.sqrt(near * (w - far))
+    if last < 0.98:
+        step = min(step, TWICE * near)
+    return ta + step if da < db else tb - step
 
 
 @leaf
-def joined(seg, i0, i1, p, waves, o, u, ta, tb, A, B, spin, bend, slack):
+def closing(shot, way, w):
+    """How far from a hit to cut a stretch whose other end the line misses: shortly before its chord closes, by its rates."""
+    shrink = way * (shot[3] / shot[2] - shot[7] / shot[6])
+    gap = shot[5] - shot[1]
+    if not gap < 1.3 * w * shrink:
+        return 0.5 * w
+    t = gap / shrink
+    return max(1e-12 * w, min(0.9 * w, (1.0 - min(0.1, max(1e-6, 2.0 * t))) * t))
+
+
+@leaf
+def chord(shot, way, step, w, bend):
+    """Upper bound of the chord at a step of time from a hit, convex in steps up to w: between the planes at its ends.
+
+    With r = bend step^2 / 2 + way step f at each end, the point there moves out by r / (nu +- step g) at most.
+    """
+    gap = shot[5] - shot[1]
+    for j in range(1, 6, 4):
+        nu = abs(shot[j + 1])
+        lean = w * abs(shot[j + 3]) / nu
+        if not lean < 1.0:
+            return np.inf
+        r = (0.5 * bend * step + way * shot[j + 2]) * step / nu
+        gap += max(r / (1.0 - lean), r / (1.0 + lean))
+    return gap
+
+
+@leaf
+def ahead(p, height, o, u):
+    """Whether a point of the axis moves towards a line: then it is the last pose that may tell all of it."""
+    w_x, w_y, w_z = o[0] - p[0] - height * p[3], o[1] - p[1] - height * p[4], o[2] - p[2] - height * p[5]
+    v_x, v_y, v_z = p[6] + height * p[9], p[7] + height * p[10], p[8] + height * p[11]
+    along = w_x * u[0] + w_y * u[1] + w_z * u[2]
+    return w_x * v_x + w_y * v_y + w_z * v_z > along * (v_x * u[0] + v_y * u[1] + v_z * u[2])
+
+
+class Room(NamedTuple):
+    """What the search along a line works in.
+
+    cells (k, 29): stack of stretches of time, each with its ends, its share of the stretch that it was cut from, and the shots
+    at both ends. shots (3, 13), and poses (3, 12) at the start, half way and at the end. p (12,) pose. o (3,) mm.
+    beside (pieces,): whether the ray before passes by a piece: so may this one, and that is asked first.
+    """
+
+    cells: np.ndarray
+    shots: np.ndarray
+    poses: np.ndarray
+    p: np.ndarray
+    o: np.ndarray
+    beside: np.ndarray
+
+
+@leaf
+def joined(body, room, i0, i1, u, ta, tb, A, B, spin, bend, slack):
     """Whether every pose between two meets the line: a point that runs from chord to chord stays inside.
 
     With y the point as the body sees it, |y''| <= bend + 2 |omega| |x'|, and phi is convex: it stays below its
     linear interpolation by the depths at both ends plus |y''| w^2 / 8.
     """
-    w = tb - ta
+    w, o = tb - ta, room.o
     sa, sb = 0.5 * (A[1] + A[5]), 0.5 * (B[1] + B[5])
     need = 0.125 * w * (bend * w + 2.0 * spin * abs(sb - sa)) - slack
     if need <= 0.0:
         return True
     for k in range(2):
         t, s = (ta, sa) if k == 0 else (tb, sb)
-        state(waves, t, p)
-        if near(seg, i0, i1, p, o[0] + s * u[0], o[1] + s * u[1], o[2] + s * u[2])[0] > -need:
+        state(body.waves, t, room.p)
+        if near(body.seg, i0, i1, room.p, o[0] + s * u[0], o[1] + s * u[1], o[2] + s * u[2])[0] > -need:
             return False
     return True
 
 
 @leaf
-def _settled(
-    seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n, top, seen, slack
-):  # fmt: skip
-    """Settle the stretches on the stack, or as many as there is room for; (n, top, seen, slack) to continue with.
-
-    n as in `ray_piece`; top: the last row of the stack that is in use, -1 if nothing is left.
-    """
-    i0, i1 = ends[piece, 2], ends[piece + 1, 2]
+def settled(body, room, piece, u, lo, hi, n):
+    """Settle what one piece adds to n known intervals of a line: (n, whether the stack is full). n is -1 when they do not fit."""
+    seg, waves, limit = body.seg, body.waves, body.limits[piece]
+    i0, i1 = body.ends[piece, 2], body.ends[piece + 1, 2]
+    cells, shots, p = room.cells, room.shots, room.p
+    bend, first = bending(limit, limit[1], 1.0), int(ahead(room.poses[1], limit[0], room.o, u))
+    for turn in range(2):
+        k = abs(first - turn)
+        aim(body.planes, body.arcs, body.ends, piece, room.poses[2 * k], room.o, u, limit, body.tol, shots[k])
+        if shots[k, 0] > 0.0:
+            n = insert(lo, hi, n, shots[k, 1], shots[k, 5], MERGE)
+            if n < 0:
+                return n, False
+            way, j = 1.0 - 2.0 * k, holder(lo, hi, n, shots[k, 1])
+            if (
+                lasts(shots[k], 0, shots[k, 1] - lo[j] + STOP, way, bend, 1.0) >= 1.0
+                and lasts(shots[k], 1, hi[j] - shots[k, 5] + STOP, way, bend, 1.0) >= 1.0
+            ):
+                return n, False
+    cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
+    for k in range(13):
+        cells[0, 3 + k], cells[0, 16 + k] = shots[0, k], shots[1, k]
+    top, seen, slack = 0, 0, STOP
+    A, B, M = shots[0], shots[1], shots[2]
     while top >= 0:
         if top + 2 > len(cells):
-            break
+            return n, True
         ta, tb, last = cells[top, 0], cells[top, 1], cells[top, 2]
-        A, B = shots[0], shots[1]
         for k in range(13):
             A[k], B[k] = cells[top, 3 + k], cells[top, 16 + k]
         top -= 1
@@ -206,10 +293,10 @@ def _settled(
             half = 0.5 * w
             if w == 1.0:
                 for k in range(12):
-                    p[k] = poses[1, k]
+                    p[k] = room.poses[1, k]
             else:
                 state(waves, t, p)
-            if apart(seg, i0, i1, p, limit, bend, half, o, u, lo, hi, n):
+            if apart(seg, i0, i1, p, limit, bend, half, room.o, u, lo, hi, n):
                 continue
             last = 0.0
         else:
@@ -219,9 +306,7 @@ def _settled(
                 kA = holder(lo, hi, n, A[1])
             if B[0] > 0.0:
                 kB = holder(lo, hi, n, B[1])
-            if 0 <= kA != kB >= 0 and joined(
-                seg, i0, i1, p, waves, o, u, ta, tb, A, B, limit[4], bend, slack
-            ):
+            if 0 <= kA != kB >= 0 and joined(body, room, i0, i1, u, ta, tb, A, B, limit[4], bend, slack):
                 n = insert(lo, hi, n, min(A[1], B[1]), max(A[5], B[5]), MERGE)
                 kA = holder(lo, hi, n, A[1])
                 kB = kA
@@ -248,18 +333,25 @@ def _settled(
                     da, db = min(da, pa), min(db, pb)
             if gap == 0.0 and (both or da + db >= w):
                 continue
-            t = 0.5 * (ta + da + tb - db)
             if both:
                 t = split_at(ta, tb, da, db, fa, fb, rise, bracket, last)
+            elif kA >= 0 <= kB:
+                t = 0.5 * (ta + da + tb - db)
+            else:
+                hit, way, known = (A, 1.0, da) if kB < 0 else (B, -1.0, db)
+                # its ends stay inside of what is covered until the chord is closed, and it stays closed
+                if max(chord(hit, way, known, w, bend), chord(hit, way, w, w, bend)) < 0.0:
+                    continue
+                t = closing(hit, way, w)
+                t = ta + t if kB < 0 else tb - t
             if not ta < t < tb:
                 continue
             state(waves, t, p)
-        M = shots[2]
-        aim(planes, arcs, ends, piece, p, o, u, limit, tol, M)
+        aim(body.planes, body.arcs, body.ends, piece, p, room.o, u, limit, body.tol, M)
         if M[0] > 0.0:
             n = insert(lo, hi, n, M[1], M[5], MERGE)
             if n < 0:
-                return n, -1, seen, slack
+                return n, False
         for half_cell in range(2):
             top += 1
             c = cells[top]
@@ -268,71 +360,75 @@ def _settled(
             for k in range(13):
                 c[3 + k] = A[k] if half_cell else M[k]
                 c[16 + k] = M[k] if half_cell else B[k]
-    return n, top, seen, slack
+    return n, False
 
 
-@kernel
-def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n):
-    """Intervals of one line and one piece, added to n known ones; new n, or -1 when they do not fit."""
-    for k in range(2):
-        aim(planes, arcs, ends, piece, poses[2 * k], o, u, limit, tol, shots[k])
-        if shots[k, 0] > 0.0:
-            n = insert(lo, hi, n, shots[k, 1], shots[k, 5], MERGE)
-            if n < 0:
-                return n
-    cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
-    for k in range(13):
-        cells[0, 3 + k], cells[0, 16 + k] = shots[0, k], shots[1, k]
-    top, seen, slack = 0, 0, STOP
-    while top >= 0:
-        n, top, seen, slack = _settled(
-            seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n, top, seen, slack
-        )  # fmt: skip
-        if top >= 0:
-            cells = grown(cells)
-    return n
-
-
-@kernel
-def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, counts, lo, hi) -> None:
-    """Intervals of every ray; counts[i] = -1 where lo, hi (n, capacity) are full. Origins from the start.
-
-    The first counts[i] intervals of a ray are taken as covered: what the sweep adds to them is found.
-    """
-    cells, shots, p, o = np.zeros((160, 29)), np.zeros((3, 13)), np.zeros(12), np.empty(3)
-    poses = np.zeros((3, 12))  # at the start, half way and at the end: the same for all rays
-    for k in range(3):
-        state(waves, 0.5 * k, poses[k])
-    # whether the ray before passes by a piece: so may this one, and that is asked first
-    beside = np.zeros(len(limits), dtype=np.bool_)
-    for i in range(len(origins)):
+@leaf
+def through(body, room, first, origins, directions, given, counts, lo, hi):
+    """Intervals of rays from `first` on; the number of the ray at which the stack was full, of all rays if it never was."""
+    o, beside = room.o, room.beside
+    for i in range(first, len(origins)):
         u = directions[i]
         shift = -(origins[i, 0] * u[0] + origins[i, 1] * u[1] + origins[i, 2] * u[2])
         for k in range(3):  # foot of the ray near the start: no long lever
             o[k] = origins[i, k] + shift * u[k]
-        n = counts[i]
+        n, full = counts[i], False
         for j in range(n):
+            given[0, j], given[1, j] = lo[i, j], hi[i, j]
             lo[i, j] -= shift
             hi[i, j] -= shift
-        for piece in range(len(ends) - 1):
-            limit = limits[piece]
+        for piece in range(len(body.limits)):
+            limit = body.limits[piece]
             if beside[piece] and apart(
-                seg, ends[piece, 2], ends[piece + 1, 2], poses[1], limit, bending(limit, limit[1], 1.0), 0.5, o, u,
-                lo[i], hi[i], n,
+                body.seg, body.ends[piece, 2], body.ends[piece + 1, 2], room.poses[1], limit,
+                bending(limit, limit[1], 1.0), 0.5, o, u, lo[i], hi[i], n,
             ):  # fmt: skip
                 continue
-            known, first, last = n, hi[i, 0], lo[i, max(n - 1, 0)]
-            n = ray_piece(
-                seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo[i],
-                hi[i], n,
-            )  # fmt: skip
+            known, enter, leave = n, hi[i, 0], lo[i, max(n - 1, 0)]
+            n, full = settled(body, room, piece, u, lo[i], hi[i], n)
+            if full:
+                for j in range(counts[i]):
+                    lo[i, j], hi[i, j] = given[0, j], given[1, j]
+                return i
             if n < 0:
                 break
-            beside[piece] = n == known and hi[i, 0] == first and lo[i, max(n - 1, 0)] == last
+            beside[piece] = n == known and hi[i, 0] == enter and lo[i, max(n - 1, 0)] == leave
         counts[i] = n
         for j in range(max(n, 0)):
             lo[i, j] += shift
             hi[i, j] += shift
+    return len(origins)
+
+
+@kernel
+def rays(body, stack, origins, directions, counts, lo, hi) -> None:
+    """Intervals of every ray; counts[i] = -1 where lo, hi (n, capacity) are full. Origins from the start.
+
+    The first counts[i] intervals of a ray are taken as covered: what the sweep adds to them is found.
+    stack : rows of it at first. No stretch of time is dropped for lack of room: a ray that needs more is asked once more.
+    """
+    room = Room(
+        np.zeros((stack, 29)), np.zeros((3, 13)), np.zeros((3, 12)), np.zeros(12), np.empty(3),
+        np.zeros(len(body.limits), dtype=np.bool_),
+    )  # fmt: skip
+    for k in range(3):
+        state(body.waves, 0.5 * k, room.poses[k])
+    given, done = np.empty((2, lo.shape[1])), 0
+    while done < len(origins):
+        done = through(body, room, done, origins, directions, given, counts, lo, hi)
+        if done < len(origins):
+            room = Room(grown(room.cells), room.shots, room.poses, room.p, room.o, room.beside)
+
+
+@kernel
+def beyond(who, between, straight, counts, lo, hi) -> None:
+    """Start the rays `who` with what lies beyond their parts, between (n, 2) mm, as covered; straight ones with nothing."""
+    for i in who:
+        p, q = between[i]
+        lo[i, 0], hi[i, 0], lo[i, 1], hi[i, 1] = p - BEYOND, p, q, q + BEYOND
+        counts[i] = 0 if straight[i] else 2
+        if q - p <= 2.0 * MERGE:
+            hi[i, 0], counts[i] = q + BEYOND, min(counts[i], 1)
 
 
 @leaf
@@ -395,7 +491,7 @@ def distance_piece(seg, i0, i1, limit, waves, x, y, z, poses, best, tol, level, 
 @kernel
 def distances(seg, ends, limits, waves, points, tol, level, out) -> None:
     """Smallest phi over time and pieces. With a finite level only its side of the level is certain."""
-    cells, p, poses = np.zeros((160, 7)), np.zeros(12), np.zeros((2, 12))
+    cells, p, poses = np.zeros((STACK, 7)), np.zeros(12), np.zeros((2, 12))
     for k in range(2):
         state(waves, float(k), poses[k])
     for i in range(len(points)):

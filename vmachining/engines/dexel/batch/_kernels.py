@@ -17,16 +17,20 @@ JOINED = 1e-12  # mm: rounding of the end of a block, as its start and its way
 
 
 @leaf
+def seen(lat, i, j0, px, py, pz, dx, dy, dz):
+    """Row i from a block: x, y of its cell j0 from the start, and the length, direction, slope and first height of the block."""
+    x0, y0 = lat.a0 + i * lat.ha - px, lat.b0 + (lat.sb[i] + j0) * lat.hb - py
+    run = np.sqrt(dx * dx + dy * dy)
+    if run > 0.0:
+        return x0, y0, run, dx / run, dy / run, dz / run, pz
+    return x0, y0, run, 1.0, 0.0, 0.0, pz + min(0.0, dz)
+
+
+@leaf
 def ball_row(lat, i, j0, a, b, px, py, pz, dx, dy, dz, r, z) -> None:
     """Heights at which rays a to b of row i enter the ball of a block; centre from pz up."""
-    run = np.sqrt(dx * dx + dy * dy)
-    e0, e1, slope, sin = 1.0, 0.0, 0.0, 0.0
-    base = pz + min(0.0, dz)
-    if run > 0.0:
-        e0, e1, slope, base = dx / run, dy / run, dz / run, pz
-        sin = dz / np.sqrt(run * run + dz * dz)
-    rr = r * r
-    x0, y0 = lat.a0 + i * lat.ha - px, lat.b0 + (lat.sb[i] + j0) * lat.hb - py
+    x0, y0, run, e0, e1, slope, base = seen(lat, i, j0, px, py, pz, dx, dy, dz)
+    sin, rr = dz / np.sqrt(run * run + dz * dz) if run > 0.0 else 0.0, r * r
     if sin == 0.0:
         for j in range(a, b):
             x, y = x0 + lat.sa[j0 + j] * lat.ha, y0 + j * lat.hb
@@ -50,13 +54,8 @@ def ball_row(lat, i, j0, a, b, px, py, pz, dx, dy, dz, r, z) -> None:
 @leaf
 def flat_row(lat, i, j0, a, b, px, py, pz, dx, dy, dz, r1, rc, z) -> None:
     """The same for a flat end on any line, and for a corner radius on a level one; pz of the tip."""
-    run = np.sqrt(dx * dx + dy * dy)
-    e0, e1, slope = 1.0, 0.0, 0.0
-    base = pz + min(0.0, dz)
-    if run > 0.0:
-        e0, e1, slope, base = dx / run, dy / run, dz / run, pz
+    x0, y0, run, e0, e1, slope, base = seen(lat, i, j0, px, py, pz, dx, dy, dz)
     r = r1 + rc
-    x0, y0 = lat.a0 + i * lat.ha - px, lat.b0 + (lat.sb[i] + j0) * lat.hb - py
     if slope == 0.0:
         for j in range(a, b):
             x, y = x0 + lat.sa[j0 + j] * lat.ha, y0 + j * lat.hb
