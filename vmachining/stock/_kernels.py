@@ -158,9 +158,11 @@ def upright_hits(places, corners, at, height, sense, fill) -> None:
 @kernel
 def enclosed(points, triangles) -> float:
     """Volume inside closed triangles, about their middle so that far coordinates cost no digits."""
+    ox = oy = oz = total = 0.0
+    for x, y, z in points:
+        ox, oy, oz = ox + x, oy + y, oz + z
     n = max(len(points), 1)
-    ox, oy, oz = points[:, 0].sum() / n, points[:, 1].sum() / n, points[:, 2].sum() / n
-    total = 0.0
+    ox, oy, oz = ox / n, oy / n, oz / n
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         ax, ay, az = points[a, 0] - ox, points[a, 1] - oy, points[a, 2] - oz

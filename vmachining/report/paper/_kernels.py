@@ -20,14 +20,15 @@ def nearest(corners, depth, face) -> None:
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         if area == 0.0:
             continue
+        ux, uy, vx, vy = (cy - ay) / area, (ax - cx) / area, (ay - by) / area, (bx - ax) / area
         x0 = max(0, int(np.ceil(min(ax, bx, cx))))
         x1 = min(columns - 1, int(np.floor(max(ax, bx, cx))))
         for y in range(
             max(0, int(np.ceil(min(ay, by, cy)))), min(rows - 1, int(np.floor(max(ay, by, cy)))) + 1
         ):
+            u0, v0 = uy * (y - ay), vy * (y - ay)
             for x in range(x0, x1 + 1):
-                u = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
-                v = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
+                u, v = u0 + ux * (x - ax), v0 + vx * (x - ax)
                 if u < -INSIDE or v < -INSIDE or u + v > 1.0 + INSIDE:
                     continue
                 z = az + u * (bz - az) + v * (cz - az)

@@ -154,7 +154,7 @@ def lowest(head, part, rows, k, x, y, hx, hy):
         if rho > d:
             beta = np.arcsin(d / rho)
             t = np.arctan2(dy, dx) - rows[k, 4] - 0.5 * rows[k, 11]
-            t -= TWO_PI * np.round(t / TWO_PI)
+            t -= TWO_PI * np.rint(t / TWO_PI)
             if abs(t) + beta < np.pi:
                 t = half + (t if rows[k, 11] > 0.0 else -t)
                 return min(max(t - beta, a), b), min(max(t + beta, a), b)
@@ -280,7 +280,7 @@ def same_arc(lift, rows, lines, i, k, slack):
     for j in range(2):
         t = lines[k, 10 + j]
         s = way * (rows[g, 4] + back * t - rows[f, 4]) - 0.5 * most  # from the middle of arc i
-        s += 0.5 * most - TWO_PI * np.round(s / TWO_PI)
+        s += 0.5 * most - TWO_PI * np.rint(s / TWO_PI)
         if s < -slack / r or s > most + slack / r:
             return False
         x, y, z, _, _, _ = at(rows, f, r, s)
