@@ -113,10 +113,14 @@ def _guard(store: Any, function: Callable[..., Any]) -> None:
             save(signature, data)
 
     def quick_rebuild(context: Any, payload: Any) -> Any:
-        (name, kind, (code, bitcode)), described, *rest = payload
-        context.codegen()._engine._defined_symbols.add(described.llvm_cpython_wrapper_name)
-        made = rebuild(context, ((name, kind, (code, parse_assembly("").as_bitcode())), described, *rest))
-        made.library._get_module_for_linking = cache(lambda: parse_bitcode(bitcode))
+        try:
+            (name, kind, (code, bitcode)), described, *rest = payload
+            context.codegen()._engine._defined_symbols.add(described.llvm_cpython_wrapper_name)
+            made = rebuild(context, ((name, kind, (code, parse_assembly("").as_bitcode())), described, *rest))
+            made.library._get_module_for_linking = cache(lambda: parse_bitcode(bitcode))
+        except (TypeError, ValueError, AttributeError):  # a numba that keeps other things: its own way
+            context.refresh()
+            made = rebuild(context, payload)
         return made
 
     store.load_overload, store.save_overload, store._impl.rebuild = guarded_load, guarded_save, quick_rebuild

@@ -114,7 +114,7 @@ class Builder:
         Where that line meets a sliver, some 1e-5 mm wide, crossings get lost and the solid is turned inside out.
         So a face comes first with which OCCT finds the outside.
 
-        Raises EngineError: There is none.
+        Raises EngineError: No face shows it the outside.
         """
         faces = [face for _, face in sorted(self._faces, key=lambda sized: -sized[0])]
         for k, face in enumerate(faces):
