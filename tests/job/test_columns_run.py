@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import closing
+from itertools import pairwise
 
 import pytest
 import trimesh
@@ -12,7 +13,7 @@ from tinyjob import SLOT_MM3, write_job
 import vmachining as vm
 from vmachining.engines import ENGINES
 from vmachining.engines.mesh import MeshEngine
-from vmachining.engines.protocol import Options
+from vmachining.engines.protocol import Options, Request, Share
 from vmachining.engines.relay import ColumnsFirst, best_engine, handed_on
 from vmachining.geometry import Arc, Line
 from vmachining.job.brep import columns_say
@@ -116,6 +117,35 @@ def test_an_arc_in_an_upright_plane_is_cut_by_columns_and_both_engines_agree():
     by_mesh = MeshEngine.of(stock, OPTIONS).cut(sweep, 0)
     assert by_columns.engine == "columns" and by_columns.note is None
     assert by_mesh.lo <= by_columns.lo and by_columns.hi <= by_mesh.hi
+
+
+@pytest.mark.parametrize("parts", [1, 2])
+def test_many_orders_at_once_are_the_same_orders_one_after_the_other(parts, tmp_path):
+    """Lines in a row, beside the stock, a plunge, a steep ramp, an arc, a check, and a tool whose top dips into the stock."""
+    ball, short = vm.BallNose(diameter=6, length=40), vm.FlatEnd(diameter=6, length=5)
+    places = [
+        (0, 5, -2),
+        (20, 5, -3),
+        (40, 6, -2),
+        (80, 6, -2),
+        (90, 6, -2),
+        (30, 15, 1),
+        (30, 15, -4),
+        (30.0001, 15, -1),
+    ]
+    sweeps = [Sweep.along(ball, Line(a, b)) for a, b in pairwise(places)]
+    sweeps += [Sweep.along(ball, Arc((30, 20, -3), (30, 15, -3), angle=2.0)), sweeps[0]]
+    sweeps += [
+        Sweep.along(short, Line((5, 25, -6), (9, 25, -6))),
+        Sweep.along(ball, Line((3, 21, -2), (11, 29, -2))),
+    ]
+    engine().save(raw := tmp_path / "raw.npz")
+    for part in range(parts):
+        one, many = (ColumnsFirst.load(raw, share=Share(part, parts)) for _ in range(2))
+        found = [one.touch(sweep) if k == 8 else one.cut(sweep, k) for k, sweep in enumerate(sweeps)]
+        assert list(many.answer([Request(sweep, k, k != 8) for k, sweep in enumerate(sweeps)])) == found
+        assert many.volume == one.volume and many.in_use().tolist() == one.in_use().tolist()
+        assert {removed.engine for removed in found[:8]} == {"columns"}
 
 
 def test_blocks_add_up_to_what_is_gone_from_the_stock(tmp_path):

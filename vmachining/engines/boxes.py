@@ -29,10 +29,17 @@ class Boxes:
 
     def add(self, box: Floats | Sequence[Floats]) -> None:
         """One more."""
-        if self._count == len(self._rows):
-            self._rows = np.concatenate([self._rows, np.zeros((max(64, self._count), 2, 3))])
-        self._rows[self._count] = box
-        self._count += 1
+        self.extend([box])
+
+    def extend(self, boxes: Sequence[Floats | Sequence[Floats]]) -> None:
+        """Some more."""
+        if not boxes:
+            return
+        stop = self._count + len(boxes)
+        if stop > len(self._rows):
+            self._rows = np.concatenate([self._rows, np.zeros((max(64, stop), 2, 3))])
+        self._rows[self._count : stop] = boxes
+        self._count = stop
 
     def keep(self, which: Bools) -> None:
         """Only these."""

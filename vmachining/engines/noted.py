@@ -3,7 +3,7 @@ some thousand where the tool turns."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -59,21 +59,32 @@ class Noted:
 
     def add(self, sweep: Sweep, block: int | None, *, lasts: bool = False, cut: bool = False) -> int:
         """One more; its serial number."""
-        k = len(self)
-        if k == len(self._rows):
-            self._rows = np.concatenate([self._rows, np.zeros((max(64, k), NUMBER + 1))])
-        tool = self._tools.get(id(sweep.profile))
-        if tool is None:
-            tool = self._tools[id(sweep.profile)] = len(self._profiles)
-            self._profiles.append(sweep.profile)
-        row = self._rows[k]
-        packed_path(sweep.path, row[:PATH])
-        row[TOOL:] = tool, NO_BLOCK if block is None else block, lasts, cut, self._made
-        if isinstance(sweep.path, Turn):
-            self._turns[self._made] = sweep.path
-        self._made += 1
-        self.boxes.add(sweep.bounds)
+        self.extend([(sweep, block)], lasts=lasts, cut=cut)
         return self._made - 1
+
+    def extend(
+        self, sweeps: Sequence[tuple[Sweep, int | None]], *, lasts: bool = False, cut: bool = False
+    ) -> None:
+        """Some more, with the numbers of their blocks."""
+        k, n = len(self), len(sweeps)
+        if k + n > len(self._rows):
+            self._rows = np.concatenate([self._rows, np.zeros((max(64, k, n), NUMBER + 1))])
+        rows = self._rows[k : k + n]
+        for row, (sweep, block) in zip(rows, sweeps, strict=True):
+            packed_path(sweep.path, row[:PATH])
+            row[TOOL], row[BLOCK] = self._tool(sweep.profile), NO_BLOCK if block is None else block
+            if isinstance(sweep.path, Turn):
+                self._turns[self._made] = sweep.path
+            self._made += 1
+        rows[:, LASTS], rows[:, CUT], rows[:, NUMBER] = lasts, cut, range(self._made - n, self._made)
+        self.boxes.extend([sweep.bounds for sweep, _ in sweeps])
+
+    def _tool(self, profile: Profile) -> int:
+        tool = self._tools.get(id(profile))
+        if tool is None:
+            tool = self._tools[id(profile)] = len(self._profiles)
+            self._profiles.append(profile)
+        return tool
 
     def mark(self, which: Bools) -> None:
         """The other engine has cut these."""

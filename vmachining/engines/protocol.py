@@ -150,11 +150,14 @@ class Options:
 
 
 class Request(NamedTuple):
-    """One order to an engine. sweep; block : its number; cuts : whether it is taken out, or only asked what it would take."""
+    """One order to an engine. sweep; block : its number; cuts : whether it is taken out, or only asked what it would take.
+
+    within : see `Engine.touch`."""
 
     sweep: Sweep
     block: int | None = None
     cuts: bool = True
+    within: float | None = None
 
 
 class Share(NamedTuple):

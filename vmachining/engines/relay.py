@@ -23,7 +23,7 @@ of turning tools among it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from functools import cache, cached_property, reduce
 from pathlib import Path
@@ -43,6 +43,7 @@ from vmachining.engines.packed import bracket_of, packed_bracket, packed_stock, 
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Request, Share, StockSurface
 from vmachining.engines.summed import Summed
 from vmachining.errors import EngineError, StockError
+from vmachining.geometry import Line
 from vmachining.interval import Interval
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
@@ -152,26 +153,70 @@ class ColumnsFirst(Summed):
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`; the removal names who answered."""
-        removed = self._by_columns(sweep, block)
-        if removed is None:
-            removed, by_mesh = self._in_any_direction(sweep), False
-            if removed is None:
-                removed, by_mesh = self._by_mesh(sweep, block), True
-            elif removed.width > max(WIDE * removed.estimate, WIDE_MM3) and self._short(sweep):
-                with suppress(EngineError):  # columns have answered
-                    removed, by_mesh = _both(removed, self._by_mesh(sweep, block)), True
-            elif removed.engine is None:  # not in the stock
-                return removed._replace(engine=ColumnsEngine.name)
-            self._foreign.add(sweep.bounds)
-            if self._anyway is not None and self._anyway.takes(sweep):
-                number = self._noted.add(sweep, block, lasts=True, cut=by_mesh)
-                self._rows[number] = self._own(sweep)
+        (removed,) = self.answer([Request(sweep, block)])
+        return removed
+
+    def answer(self, requests: Sequence[Request]) -> Iterator[Removal]:
+        """`cut` and `touch` of one after the other; lines that upright columns take are cut together."""
+        lines: list[Request] = []
+        for request in requests:
+            sweep, block, cuts, within = request
+            upright = cuts and self._upright(sweep)
+            if line := upright and isinstance(sweep.path, Line):
+                lines.append(request)
+                if self._share.parts > 1 or len(self._noted) + len(lines) < self._tidy_from:
+                    continue  # else what is forgotten would depend on how many come at once
+            yield from self._by_columns(lines)
+            lines = []
+            if line:
+                continue
+            if upright:
+                yield from self._by_columns([request])
             else:
-                self._unknown.add(sweep.bounds)
-        elif self._columns is not None and self._columns.meets(sweep):
-            self._noted.add(sweep, block)
-            if len(self._noted) >= self._tidy_from and self._share.parts == 1:
-                self.forget_others(self.in_use())
+                yield self._otherwise(sweep, block) if cuts else self.touch(sweep, within)
+        yield from self._by_columns(lines)
+
+    def _upright(self, sweep: Sweep) -> bool:
+        """Whether upright columns cut it."""
+        columns = self._columns
+        if columns is None or not (self._knows(sweep) and columns.takes(sweep)):
+            return False
+        return columns.accepts(sweep) or not columns.meets(sweep)
+
+    def _by_columns(self, orders: Sequence[Request]) -> list[Removal]:
+        """Cut by upright columns, what they refuse by others."""
+        columns = self._columns
+        if columns is None or not orders:
+            return []
+        try:
+            found = columns.cut_all(orders) if len(orders) > 1 else [columns.cut(*orders[0][:2])]
+        except EngineError:
+            if len(orders) == 1:
+                return [self._otherwise(*orders[0][:2])]
+            return [removed for order in orders for removed in self._by_columns([order])]
+        found = [removed._replace(engine=ColumnsEngine.name) for removed in found]
+        self._noted.extend([order[:2] for order in orders if columns.meets(order.sweep)])
+        if len(self._noted) >= self._tidy_from and self._share.parts == 1:
+            self.forget_others(self.in_use())
+        self._removed = reduce(Removal.plus, found, self._removed)
+        return found
+
+    def _otherwise(self, sweep: Sweep, block: int | None) -> Removal:
+        """Cut by others than upright columns."""
+        removed, by_mesh = self._in_any_direction(sweep), False
+        if removed is None:
+            removed, by_mesh = self._by_mesh(sweep, block), True
+        elif removed.width > max(WIDE * removed.estimate, WIDE_MM3) and self._short(sweep):
+            with suppress(EngineError):  # columns have answered
+                removed, by_mesh = _both(removed, self._by_mesh(sweep, block)), True
+        elif removed.engine is None:  # not in the stock
+            return removed._replace(engine=ColumnsEngine.name)
+        self._foreign.add(sweep.bounds)
+        if self._anyway is not None and self._anyway.takes(sweep):
+            number = self._noted.add(sweep, block, lasts=True, cut=by_mesh)
+            self._rows[number] = self._own(sweep)
+        else:
+            self._unknown.add(sweep.bounds)
         self._removed = self._removed.plus(removed)
         return removed
 
@@ -216,14 +261,6 @@ class ColumnsFirst(Summed):
         found = anyway.cut(self._own(sweep), Rows.join(before) if before else None, floor)
         found = self._rounded(found, sweep)._replace(engine=ColumnsEngine.name)
         return found if self._share.parts > 1 or floor else judged(found, anyway.width, anyway.width_mm3)
-
-    def _by_columns(self, sweep: Sweep, block: int | None) -> Removal | None:
-        if self._columns is None or not (self._knows(sweep) and self._columns.takes(sweep)):
-            return None
-        try:
-            return self._columns.cut(sweep, block)._replace(engine=ColumnsEngine.name)
-        except EngineError:
-            return None
 
     def in_use(self) -> Ints:
         """See `Divisible`: numbers of the blocks that columns still know in some tile."""

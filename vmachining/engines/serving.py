@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import gc
 import signal
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from itertools import groupby
 from multiprocessing.connection import Connection
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
 from typing import Any, cast
 
 from vmachining.engines import engine_class
-from vmachining.engines.protocol import NOTHING, Divisible, Engine, Removal, Share
+from vmachining.engines.protocol import NOTHING, Batched, Divisible, Engine, Removal, Request, Share
 from vmachining.errors import EngineError
 from vmachining.sweep import Sweep
 from vmachining.tool import Profile
@@ -31,6 +32,20 @@ def joined(name: str, files: Sequence[Path]) -> Divisible:
     """The workpiece whose shares lie in files, in their order. What is of use to others no share knows: `forget_others`."""
     kind = cast("type[Divisible]", engine_class(name))
     return kind.join([kind.load(file) for file in files])
+
+
+def told_by(engines: Iterable[Engine], orders: Sequence[Request]) -> Iterator[list[Removal]]:
+    """What each of several shares says to every order."""
+
+    def of(engine: Engine) -> Iterable[Removal]:
+        if hasattr(engine, "answer"):
+            return cast("Batched", engine).answer(orders)
+        return (
+            engine.cut(order.sweep, order.block) if order.cuts else engine.touch(order.sweep, order.within)
+            for order in orders
+        )  # fmt: skip
+
+    return map(list, zip(*map(of, engines), strict=True))
 
 
 def serve(descriptor: int) -> None:
@@ -50,33 +65,33 @@ def serve(descriptor: int) -> None:
         gc.collect()
         gc.freeze()  # what is there stays: no need to look through it again and again
         while True:
-            answers: list[Any] = []
-            for order in line.recv():
-                if order[0] == "profile":
-                    profiles[order[1]] = order[2]
-                    continue
+            told: list[Any] = []
+            for asked, orders in groupby(line.recv(), key=lambda order: order[0] == "ask"):
                 try:
                     if failed is not None:  # the first failure is the one to report
                         raise failed
-                    answers.append(_done(engines, profiles, order))
+                    if not asked:
+                        told.extend(filter(None, (_done(engines, profiles, order) for order in orders)))
+                        continue
+                    some = [
+                        Request(Sweep.along(profiles[tool], path), *more) for _, tool, path, *more in orders
+                    ]
+                    told.extend(told_by(engines.values(), some))
                 except EngineError as error:
                     failed = error
-                    answers.append(error)
+                    told.append(error)
                 except Exception as error:  # whatever it is, it must reach the one who asked
                     failed = EngineError(f"{type(error).__name__}: {error}", engine=name)
-                    answers.append(failed)
-            line.send(answers)
+                    told.append(failed)
+            line.send(told)
 
 
 def _done(engines: dict[int, Engine], profiles: dict[int, Profile], order: tuple[Any, ...]) -> list[Removal]:
-    """Carry out one order with every share of this process; what each of them answers."""
+    """Carry out an order other than to cut with every share of this process; what each of them answers."""
     match order:
-        case ("cut", profile, path, block):
-            sweep = Sweep.along(profiles[profile], path)
-            return [engine.cut(sweep, block) for engine in engines.values()]
-        case ("touch", profile, path, within):
-            sweep = Sweep.along(profiles[profile], path)
-            return [engine.touch(sweep, within) for engine in engines.values()]
+        case ("profile", number, profile):
+            profiles[number] = profile
+            return []
         case ("save", folder):
             for share, engine in engines.items():
                 engine.save(Path(folder) / f"{share}.npz")

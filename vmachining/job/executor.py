@@ -28,14 +28,14 @@ from types import TracebackType
 from typing import Any, NoReturn, Protocol, TypeAlias, cast
 
 from vmachining.engines import entry_of
-from vmachining.engines.protocol import Batched, Divisible, Engine, Removal, Request
-from vmachining.engines.serving import joined, shares_of
+from vmachining.engines.protocol import Divisible, Engine, Removal, Request
+from vmachining.engines.serving import joined, shares_of, told_by
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
-BATCH = 16
+BATCH = 64
 """Orders in one message: a message costs about as much as an order in air."""
 
 AHEAD_APART = 1
@@ -109,8 +109,6 @@ def executor(
     than this: kernels hold the interpreter, and no signal would be heard before the end of a block.
     staff : processes that wait for work already.
     """
-    if entry_of(engine.name).batched:
-        return Together(cast("Batched", engine))
     if not entry_of(engine.name).divisible:
         return InProcess(engine)
     if workers <= 1 and not apart:
@@ -122,19 +120,25 @@ def executor(
 
 
 class InProcess:
-    """This process alone: every order is carried out at once, share by share.
+    """This process alone, share by share.
+
+    Orders of a divided workpiece, or to an engine that is `Batched`, wait until there are enough of them, or until somebody
+    asks for an answer. How many are enough follows from how long the last ones took, so that Ctrl-C and checkpoints wait for
+    about `AT_ONCE_SECONDS` at most; numbers do not depend on it.
 
     Parameters
     ----------
     shares : of the workpiece; more than one of an engine that is `Divisible`. own : those that are cut; None: all.
     """
 
-    ahead = 0
-
     def __init__(self, engine: Engine, shares: int = 1, own: Sequence[int] | None = None) -> None:
         self.engine, self.chord = engine.name, engine.chord
         self._whole, self._engines = engine, [engine]
         self._known_whole: Engine | None = None  # as it was joined, while nothing is cut after that
+        self.ahead = AT_ONCE[0] if shares > 1 or entry_of(engine.name).batched else 0
+        self._waiting: list[Request] = []
+        self._given = 0
+        self._answers: dict[int, Removal] = {}
         if shares > 1:
             with TemporaryDirectory(prefix="vmachining-shares-") as folder:
                 engine.save(start := Path(folder) / "start.npz")
@@ -142,72 +146,12 @@ class InProcess:
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
         """See `Executor`."""
-        sweep, self._known_whole = Sweep.along(profile, path), None
-        return self._summed([engine.cut(sweep, block) for engine in self._engines])
-
-    def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
-        """See `Executor`."""
-        sweep = Sweep.along(profile, path)
-        return self._summed([engine.touch(sweep, within) for engine in self._engines])
-
-    def _summed(self, parts: list[Removal]) -> Later:
-        found = parts[0] if len(parts) == 1 else cast("Divisible", self._whole).summed(parts)
-        return lambda: found
-
-    def save(self, path: Path) -> None:
-        """See `Executor`."""
-        self._joined().save(path)
-
-    def finish(self) -> Engine:
-        """See `Executor`."""
-        return self._joined()
-
-    def _joined(self) -> Engine:
-        """The whole workpiece; shares stay as they are."""
-        if len(self._engines) == 1:
-            return self._engines[0]
-        if self._known_whole is not None:
-            return self._known_whole
-        with TemporaryDirectory(prefix="vmachining-shares-") as folder:
-            files = [Path(folder) / f"{share}.npz" for share in range(len(self._engines))]
-            for engine, file in zip(self._engines, files, strict=True):
-                engine.save(file)
-            whole = self._known_whole = joined(self.engine, files)
-        if (blocks := whole.in_use()) is not None:
-            for one in (whole, *self._engines):
-                cast("Divisible", one).forget_others(blocks)
-        return whole
-
-    def peak_mb(self) -> float:
-        """See `Executor`."""
-        return 0.0
-
-    def close(self) -> None:
-        """See `Executor`."""
-
-
-class Together:
-    """This process alone, for an engine that is faster with many orders at once.
-
-    They wait until there are enough of them, or until somebody asks for an answer. How many are enough follows from how long
-    the last ones took, so that Ctrl-C and checkpoints wait for about `AT_ONCE_SECONDS` at most; numbers do not depend on it.
-    """
-
-    def __init__(self, engine: Batched) -> None:
-        self.engine, self.chord = engine.name, engine.chord
-        self.ahead = AT_ONCE[0]
-        self._engine = engine
-        self._waiting: list[Request] = []
-        self._given = 0
-        self._answers: dict[int, Removal] = {}
-
-    def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
-        """See `Executor`."""
+        self._known_whole = None
         return self._order(Request(Sweep.along(profile, path), block))
 
     def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
         """See `Executor`."""
-        return self._order(Request(Sweep.along(profile, path), cuts=False))
+        return self._order(Request(Sweep.along(profile, path), cuts=False, within=within))
 
     def _order(self, request: Request) -> Later:
         self._waiting.append(request)
@@ -226,22 +170,41 @@ class Together:
         if not waiting:
             return
         begin = time.perf_counter()
-        for number, removed in enumerate(self._engine.answer(waiting), self._given):
-            self._answers[number] = removed
-        self._given += len(waiting)
-        seconds = (time.perf_counter() - begin) / len(waiting)
-        fewest, most = AT_ONCE
-        self.ahead = int(min(max(AT_ONCE_SECONDS / max(seconds, 1e-9), fewest), most, 2 * self.ahead))
+        for parts in told_by(self._engines, waiting):
+            self._answers[self._given] = self._summed(parts)
+            self._given += 1
+        if self.ahead:
+            seconds = (time.perf_counter() - begin) / len(waiting)
+            fewest, most = AT_ONCE
+            self.ahead = int(min(max(AT_ONCE_SECONDS / max(seconds, 1e-9), fewest), most, 2 * self.ahead))
+
+    def _summed(self, parts: list[Removal]) -> Removal:
+        return parts[0] if len(parts) == 1 else cast("Divisible", self._whole).summed(parts)
 
     def save(self, path: Path) -> None:
         """See `Executor`."""
-        self._flush()
-        self._engine.save(path)
+        self._joined().save(path)
 
     def finish(self) -> Engine:
         """See `Executor`."""
+        return self._joined()
+
+    def _joined(self) -> Engine:
+        """The whole workpiece; shares stay as they are."""
         self._flush()
-        return self._engine
+        if len(self._engines) == 1:
+            return self._engines[0]
+        if self._known_whole is not None:
+            return self._known_whole
+        with TemporaryDirectory(prefix="vmachining-shares-") as folder:
+            files = [Path(folder) / f"{share}.npz" for share in range(len(self._engines))]
+            for engine, file in zip(self._engines, files, strict=True):
+                engine.save(file)
+            whole = self._known_whole = joined(self.engine, files)
+        if (blocks := whole.in_use()) is not None:
+            for one in (whole, *self._engines):
+                cast("Divisible", one).forget_others(blocks)
+        return whole
 
     def peak_mb(self) -> float:
         """See `Executor`."""
@@ -300,11 +263,11 @@ class WorkerPool:
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
         """See `Executor`."""
         self._known_whole = None
-        return self._order("cut", self._known(profile), path, block)
+        return self._order("ask", self._known(profile), path, block)
 
     def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
         """See `Executor`."""
-        return self._order("touch", self._known(profile), path, within)
+        return self._order("ask", self._known(profile), path, None, False, within)
 
     def save(self, path: Path) -> None:
         """See `Executor`."""

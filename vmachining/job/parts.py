@@ -105,7 +105,7 @@ class Noted(InProcess):
         if known is not None:
             self._continue(known, shares)
 
-    def _summed(self, parts: list[Removal]) -> Later:
+    def _summed(self, parts: list[Removal]) -> Removal:
         for k, part in enumerate(parts):
             if part.engine not in self._names:
                 self._names.append(part.engine)
@@ -118,6 +118,7 @@ class Noted(InProcess):
 
     def save(self, path: Path) -> None:
         """The shares, and the answers: (n, 3) lo, estimate, hi of every order, whether they are proven, by whom, and notes."""
+        self._flush()
         arrays: dict[str, Any] = {}
         for k, share in enumerate(self._own):
             arrays[f"numbers{share}"] = np.frombuffer(self._numbers[k]).reshape(-1, 3)

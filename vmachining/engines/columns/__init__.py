@@ -16,7 +16,7 @@ Goal: a bracket that holds the truth, rounding included, as narrow as requested,
 
 | file | holds |
 |---|---|
-| `engine.py`, `goal.py` | `ColumnsEngine`: cut, touch, surface, checkpoints; how narrow a bracket is requested |
+| `engine.py`, `goal.py`, `rounding.py` | `ColumnsEngine`: cut, touch, surface, checkpoints; requested width, rounding |
 | `flat_stock.py`, `roof/`, `shape/` | stocks that columns know, facets of their top, the workpiece as closed triangles |
 | `cutters.py`, `table.py` | lower surfaces of profiles, grown and shrunk cutters, by number |
 | `tiles.py` | `Tiling`: lists of sweeps and facets by tiles |

@@ -118,6 +118,14 @@ def _replace(tiles, t, ids, at, count):
 
 
 @leaf
+def part_of(goal: Goal, share: float) -> Goal:
+    """What a part with this share of the tiles of a block has to reach of the goal of the whole; see columns/goal.py."""
+    if share >= 1.0:
+        return goal
+    return Goal(goal.relative, 0.5 * goal.floor * (1.0 - share), 0.5, 0.5 * share * goal.floor)
+
+
+@leaf
 def wanted(goal: Goal, volume: float) -> float:
     """mm^3 of width at which a removed volume is known well enough."""
     wide = goal.relative * volume
@@ -129,7 +137,7 @@ PROGRESS = 0.0625  # then, those of this share of the width of the cell whose pa
 POINT = 1e-7  # of a tile: a cell so small that it is a place
 NEAR = 1e-9  # of a radius
 IDS = 200  # of sweeps, all in all, by the cells that a block is divided into at most
-FINE, FULL, LONG = 0.0, 1.0, 2.0
+FINE, FULL, LONG, AWAY = 0.0, 1.0, 2.0, 3.0
 ZERO = np.int64(0)  # typed, see surface/_kernels.py
 
 
@@ -253,6 +261,42 @@ def remove(
     if keep:
         for q in range(fresh):
             _replace(tiles, met[q, 0], ids, met[q, 1], met[q, 2])
+
+
+@kernel
+def remove_all(
+    shapes: Shapes, tiles: Tiles, roof: Roof, work: Work, first: int, stop: int, rim: int, top: float, bottom: float,
+    goal: Goal, divided: bool, slack: NDArray[np.float64], limit: int, keep: bool, out: NDArray[np.float64],
+) -> int:  # fmt: skip
+    """`remove` of sweeps `first` to `stop` - 1, one after the other, into rows of out; the first that is not done.
+
+    divided: whether the goal is that of all parts together; state AWAY: no tile is ours. It stops before a sweep for which
+    there are too few free entries, and at state LONG.
+    """
+    for k in range(first, stop):
+        i0, i1, j0, j1 = tile_range(
+            shapes.rows, k, shapes.head[int(shapes.rows[k, 8]), 1], tiles.grid, tiles.size
+        )
+        reached = max(i1 - i0, 0) * max(j1 - j0, 0)
+        if tiles.free[1] < reached:
+            out[k - first, 4] = FINE
+            return k
+        asked = goal
+        if divided:
+            mine = 0
+            for j in range(j0, j1):
+                for i in range(i0, i1):
+                    mine += 1 if tiles.own[j * tiles.size[0] + i] != 0 else 0
+            if mine == 0:
+                out[k - first, 4] = AWAY
+                continue
+            asked = part_of(goal, mine / reached)
+        remove(
+            shapes, tiles, roof, work, k, rim, top, bottom, asked, slack[k - first], limit, keep, out[k - first],
+        )  # fmt: skip
+        if out[k - first, 4] == LONG:
+            return k
+    return stop
 
 
 @kernel

@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import reduce
+from itertools import compress
 from math import hypot
 from pathlib import Path
 from threading import local
@@ -20,12 +21,13 @@ from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.goal import goal_of, judged
 from vmachining.engines.columns.paths import arc_row, pieces, straight_row
+from vmachining.engines.columns.rounding import CELLS, DIGITS, removals, slacks
 from vmachining.engines.columns.shape import lattice_of, solid_of
 from vmachining.engines.columns.sides import ALL
 from vmachining.engines.columns.table import ANYWHERE, ASIDE, CutterTable
 from vmachining.engines.columns.tiles import Tiling
 from vmachining.engines.packed import mesh_of
-from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
+from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Request, Share, StockSurface
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 from vmachining.interval import Interval
@@ -37,15 +39,6 @@ from vmachining.tool import Profile
 UPRIGHT = 2
 """Axis of arcs whose plane is level."""
 
-ULPS = 64
-"""Rounding of a coordinate that a kernel works with, in units in the last place of the extent."""
-
-EPS = float(np.finfo(float).eps)
-"""Asked for once: numpy makes it anew for every question."""
-
-ROUNDING = 1e-11
-"""Rounding of closed integrals, relative to plan area times height: a quotient by THIN^2 of the kernels' 1e-4 at most."""
-
 TILE_SHARE = 0.2
 """Edge of a tile by the radius of the first cutter. Measured best between 1/6 and 1/4."""
 
@@ -54,9 +47,6 @@ PER_TILE, MOST_PLACES = 4, 4_000_000
 
 LEFT_WIDTH, MOST_LOOKED = 1e-4, 400_000
 """Width, relative to the volume that is gone, asked of what is left in the end, and tiles up to which it is looked at."""
-
-CELLS = 60_000
-"""Of a line, or of a piece of an arc."""
 
 ADDED = 1e-3
 """Share of the requested width that kernels leave to the rounding that is added to what they find."""
@@ -154,7 +144,7 @@ class ColumnsEngine:
         """mm by which a surface that was computed may lie beside the true one (R10)."""
         box = sweep.bounds
         scale = np.abs([*box, self.stock.low, self.stock.high]).max() + np.ptp(box, axis=0).max()
-        return float(ULPS * EPS * scale)
+        return float(DIGITS * scale)
 
     def meets(self, sweep: Sweep) -> bool:
         """Whether the box of a sweep meets that of the stock."""
@@ -221,11 +211,7 @@ class ColumnsEngine:
         first = self._count
         self._add(sweep.profile, sweep.path, block)
         if self._count - first == 1:
-            goal = self._goal(first, wanted)
-            if goal is None:  # its row is dropped; the number of the next one is the same in all parts
-                self._made, self._count = self._made - (not keep), first
-                return NOTHING
-            found = self._one(first, goal, keep)
+            (found,) = self._rows_removed(first, self._goal(wanted), keep, divided=self._share.parts > 1)
         else:
             before = self._ready(first).lists(self._shapes, first, self._count)
             found = self._pieces(first, before, wanted)
@@ -235,7 +221,33 @@ class ColumnsEngine:
             self._made -= self._count - first
             self._count = first
             return found._replace(note=None)
-        found = found._replace(note=found.note or NO_DIGITS)
+        return self._told(found)
+
+    def cut_all(self, orders: Sequence[Request]) -> list[Removal]:
+        """`cut` of lines one after the other, in one call of a kernel.
+
+        Raises EngineError: One of them cannot be cut; the workpiece is as before.
+        """
+        met, first, made = [self.meets(order.sweep) for order in orders], self._count, self._made
+        try:
+            for order in compress(orders, met):
+                assert isinstance(order.sweep.path, Line)
+                self._add(order.sweep.profile, order.sweep.path, order.block)
+        except EngineError:
+            self._count, self._made = first, made
+            raise
+        rows = self._rows_removed(first, self._goal(self.width_mm3), True, divided=self._share.parts > 1)
+        told = map(self._told, rows)
+        found = [next(told) if meets else NOTHING for meets in met]
+        self._gone, self._left = reduce(Removal.plus, found, self._gone), None
+        if self._count >= self._tidy_from:
+            self.tidy()
+        return found
+
+    def _told(self, found: Removal) -> Removal:
+        """As one of several parts says it, or the whole."""
+        if found.hi > 0.0 and found.note is None:
+            found = found._replace(note=NO_DIGITS)
         return found if self._share.parts > 1 else self._judged(found)
 
     def summed(self, parts: Sequence[Removal]) -> Removal:
@@ -246,63 +258,56 @@ class ColumnsEngine:
     def _judged(self, found: Removal) -> Removal:
         return judged(found, self.width, self.width_mm3)
 
-    def _goal(self, first: int, wanted: float) -> _kernels.Goal | None:
-        """Of the block with rows from `first` on: as it was requested, without what rounding adds; None: not in our share."""
-        share = 1.0
-        if self._share.parts > 1:
-            share = self._ready(first).share_of(self._shapes, first, self._count)
-            if share == 0.0:
-                return None
-        return goal_of((1.0 - ADDED) * self.width, (1.0 - ADDED) * wanted, share)
+    def _goal(self, wanted: float) -> _kernels.Goal:
+        """Of a block as it was requested, without what rounding adds."""
+        return goal_of((1.0 - ADDED) * self.width, (1.0 - ADDED) * wanted)
 
     def _pieces(self, first: int, before: dict[int, Ints], wanted: float) -> Removal:
         """Of all rows from `first` on, which see each other by the tiles: a coarse look says how narrow each need be."""
-        found, pieces = NOTHING, self._count - first
-        for k in range(first, self._count):
-            found = found.plus(self._one(k, goal_of(COARSE, wanted / pieces), True))
-        goal = self._goal(first, wanted)
-        if goal is None:
-            return NOTHING
+        pieces = self._count - first
+        found = reduce(
+            Removal.plus, self._rows_removed(first, goal_of(COARSE, wanted / pieces), True), NOTHING
+        )
+        goal = self._goal(wanted)
+        if self._share.parts > 1:
+            share = self._ready(first).share_of(self._shapes, first, self._count)
+            if share == 0.0:
+                return NOTHING
+            goal = _kernels.part_of(goal, share)
         asked = _kernels.wanted(goal, found.lo)
         if found.width <= asked:
             return found
         self._ready(first).restore(before)
-        found = NOTHING
-        for k in range(first, self._count):
-            found = found.plus(self._one(k, goal_of(0.0, asked / pieces), True))
-        return found
+        return reduce(Removal.plus, self._rows_removed(first, goal_of(0.0, asked / pieces), True), NOTHING)
 
-    def _one(self, k: int, goal: _kernels.Goal, keep: bool) -> Removal:
-        """Of one row."""
-        tiles, shapes = self._ready(k), self._shapes
-        tiles.make_room(shapes, k)
+    def _rows_removed(
+        self, first: int, goal: _kernels.Goal, keep: bool, *, divided: bool = False
+    ) -> list[Removal]:
+        """Of each row from `first` on; divided : the goal is that of all parts together."""
+        rows = self._rows[first : self._count]
+        if not len(rows):
+            return []
+        tiles, shapes, k, out = self._ready(first), self._shapes, first, np.zeros((len(rows), 5))
         bottom, top = self.stock.low[2], self.stock.high[2]
-        row, out = self._rows[k].tolist(), np.zeros(5)
-        scale = max(map(abs, (*self.stock.low, *self.stock.high, *row[:3]))) + max(row[3], 0.0) + row[5]
-        slack = ULPS * EPS * scale
+        slack = slacks(rows, np.abs([*self.stock.low, *self.stock.high]).max())
         while True:
-            _kernels.remove(
-                shapes, tiles.arrays, tiles.roof, self._work, k, self._rim, top, bottom,
-                goal, slack, CELLS, keep, out,
+            at = k - first
+            k = _kernels.remove_all(
+                shapes, tiles.arrays, tiles.roof, self._work, k, self._count, self._rim, top, bottom, goal, divided,
+                slack[at:], CELLS, keep, out[at:],
             )  # fmt: skip
-            if out[4] != _kernels.LONG:
+            if k == self._count:
                 break
-            ROOM.work = _kernels.work(2 * len(self._work.cell), 2 * len(self._work.E))
-        lo, hi, cells, longest, state = out.tolist()
-        self.cells, self._looked_at = self.cells + int(cells), int(cells)
-        if hi <= 0.0:
-            return NOTHING
-        R, L = float(self._cutters.head[int(row[8]), 1]), row[5]
-        plan, rim = 2.0 * R * (2.0 * R + L), 2.0 * (4.0 * R + L)
-        height = top - max(bottom, row[9])
-        # each sweep, the top and the bottom moved by the rounding of coordinates; and that of the closed integrals
-        error = slack * (longest + 3.0) * (2.0 * plan + rim * height) + ROUNDING * plan * (height + R)
-        if tiles.seams is not None:  # strips as narrow along edges of facets are passed over
-            error += 2.0 * slack * tiles.seam_length(tiles.reached(shapes, k)) * height
-        note = f"{CELLS} cells were not enough" if state == _kernels.FULL else None
-        if row[7] != row[8]:
-            note = "so steep a ramp is held between two plunges"
-        return Removal(max(lo - error, 0.0), 0.5 * (lo + hi), hi + error, note=note)
+            if out[k - first, 4] == _kernels.LONG:
+                ROOM.work = _kernels.work(2 * len(self._work.cell), 2 * len(self._work.E))
+            else:
+                tiles.make_room(shapes, k)
+        self.cells, self._looked_at = self.cells + int(out[:, 2].sum()), int(out[-1, 2])
+        seams = None
+        if tiles.seams is not None:
+            seams = np.array([tiles.seam_length(tiles.reached(shapes, first + i)) for i in range(len(rows))])
+        R = self._cutters.head[rows[:, 8].astype(np.int64), 1]
+        return removals(rows, out, slack, R, top - np.maximum(bottom, rows[:, 9]), seams)
 
     def _add(self, profile: Profile, path: Line | Arc, block: int | None) -> None:
         """Rows of a line, or of the pieces of an arc, whose chords the kernels choose cell by cell."""

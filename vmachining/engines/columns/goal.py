@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vmachining.engines.columns._kernels import Goal
+from vmachining.engines.columns._kernels import Goal, part_of
 from vmachining.engines.protocol import Removal
 
 
@@ -16,9 +16,7 @@ def goal_of(relative: float, absolute: float, share: float = 1.0) -> Goal:
     at most max(sum w, A): where all take the second, it is half the sum of both; where one takes the first, the others
     are at most $(w + s A) / 2$ each or $w$, and it has left room for all their $s A / 2$. Where $s = 1$ it is max(w, A).
     """
-    if share >= 1.0:
-        return Goal(relative, 0.0, 0.0, absolute)
-    return Goal(relative, 0.5 * absolute * (1.0 - share), 0.5, 0.5 * share * absolute)
+    return part_of(Goal(relative, 0.0, 0.0, absolute), share)
 
 
 def judged(found: Removal, relative: float, absolute: float) -> Removal:

@@ -30,12 +30,14 @@ def over(head, part, lines, rules, x, y, hx, hy, E, n, P, q, corners, extra, W):
     for i in range(n):
         if i == 1 or (E[i, UP + 7] < ROUGH and i != extra):
             continue
+        c = NONE
+        if i > 0:
+            c = np.int64(lines[i, 7])
+            poses(head, part, c, lines, i, x, y, hx, hy)
         for v in range(corners):
             px, py = P[q, v, 0], P[q, v, 1]
             f = E[0, UP] + E[0, UP + 1] * px + E[0, UP + 2] * py
             if i > 0:
-                c = int(lines[i, 7])
-                poses(head, part, c, lines, i, x, y, hx, hy)
                 f = height(head, part, c, lines, i, x + px, y + py)
             W[i, v] = f - E[1, DOWN] - E[1, DOWN + 1] * px - E[1, DOWN + 2] * py
     total = 0.0
