@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks.journal import journaled
 from benchmarks.turned_blocks import HI, LO, Case, case_of, hills, in_parts, stairs, turned
 from vmachining.arrays import Floats
-from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
+from vmachining.engines.columns.turning import Air, AnyDirection, Rows, rows_of
 from vmachining.engines.columns.turning.stocks import solid_of
 from vmachining.engines.dexel import RayEngine
 from vmachining.engines.protocol import NOTHING, Options, Removal
@@ -49,16 +49,23 @@ def asked(
     way: Floats | None = None,
     rules: int = ALL,
     width: float = 0.01,
+    air: bool = True,
 ) -> Removal:
-    """What sweeps remove together after others, by columns in any direction."""
+    """What sweeps remove together after others, by columns in any direction; air: as `run` asks, where cubes are left."""
     engine = (AnyDirection if way is None else Along).of(stock, Options(width=width))
     engine.rules = rules
     if isinstance(engine, Along) and way is not None:
         engine.way = way / np.linalg.norm(way)
-    done, total = [rows_of(sweep) for sweep in earlier], NOTHING
+    done, total, cut = [rows_of(sweep) for sweep in earlier], NOTHING, Air(engine.solid)
     for sweep in block:
-        own = rows_of(sweep)
-        total = total.plus(engine.cut(own, Rows.join(done) if done else None))
+        own, near, left = rows_of(sweep), done, None
+        if air and done:
+            for number, rows in enumerate(done):
+                if number not in cut:
+                    cut.add(number, rows)
+            left = cut.left(own)
+            near = [done[number] for number in cut.around(left, sweep.bounds)[0]]
+        total = total.plus(engine.cut(own, Rows.join(near) if near else None, left=left))
         done.append(own)
     return total
 
@@ -102,8 +109,8 @@ def brackets(seed: int) -> dict[str, Removal]:
         said["turned"] = asked(moved.earlier, [moved.block], box)
     for n, way in enumerate(ways(case)):
         if solid.stands(way / np.linalg.norm(way)):
-            for rules in (ALL, int(rng.choice(RULES))):
-                said[f"{n}/{rules}"] = asked(case.earlier, [case.block], stock, way, rules)
+            for rules, air in ((ALL, bool(rng.integers(2))), (int(rng.choice(RULES)), bool(rng.integers(2)))):
+                said[f"{n}/{rules}/{air}"] = asked(case.earlier, [case.block], stock, way, rules, air=air)
     return said
 
 

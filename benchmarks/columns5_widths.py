@@ -10,7 +10,8 @@ import numpy as np
 
 from benchmarks.columns5_counts import BOX
 from benchmarks.turned_blocks import KINDS, TOOLS, case_of
-from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
+from vmachining.engines.columns.turning import Air, AnyDirection, Rows, rows_of
+from vmachining.engines.columns.turning.stocks import solid_of
 from vmachining.engines.dexel import DexelEngine
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Engine, Options
@@ -28,12 +29,16 @@ def columns5_widths(blocks: int = 60, first: int = 0) -> Iterator[dict[str, Any]
     found: dict[tuple[str, str], list[dict[str, float]]] = {}
     for seed in range(first - WARM, first + blocks):
         case = case_of(seed if seed >= first else first)
-        before = Rows.join([rows_of(sweep) for sweep in case.earlier])
+        earlier, air = [rows_of(sweep) for sweep in case.earlier], Air(solid_of(BOX))
+        for number, each in enumerate(earlier):
+            air.add(number, each)
         row: dict[str, float] = {}
         for width in REQUESTS:
             own, engine = rows_of(case.block), AnyDirection.of(BOX, Options(width=width))
             begin = process_time()
-            said = engine.cut(own, before)
+            left = air.left(own)
+            near = [earlier[number] for number in air.around(left, case.block.bounds)[0]]
+            said = engine.cut(own, Rows.join(near) if near else None, left=left)
             row[f"ms_{width:g}"], row[f"width_{width:g}"] = (
                 1e3 * (process_time() - begin),
                 _relative(said.width, said.hi),

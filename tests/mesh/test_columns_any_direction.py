@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 
 from benchmarks.columns5_counts import BOX, asked, brackets, rays, ways
-from benchmarks.turned_blocks import KINDS, TOOLS, Case, case_of, stairs, tilted, unit
+from benchmarks.turned_blocks import KINDS, TOOLS, Case, case_of, hills, stairs, tilted, unit
 from vmachining.engines.columns import ColumnsEngine
-from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
+from vmachining.engines.columns.turning import Air, AnyDirection, Rows, rows_of
+from vmachining.engines.columns.turning.stocks import solid_of
 from vmachining.engines.dexel import RayEngine
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Options, Removal
@@ -206,6 +207,50 @@ def test_sweeps_of_layers_above_are_hidden_only_where_others_have_taken_all(tool
     assert said[0].width <= 0.02 * said[0].estimate
 
 
+@pytest.mark.parametrize("seed", [0, 7, 12, 20, 26])  # point, swarf and slot, all tools
+def test_cubes_that_are_cut_lie_in_sweeps_and_what_a_block_takes_lies_in_the_others(seed: int) -> None:
+    """By exact distances: corners of cubes from earlier sweeps, random points of the stock from the block."""
+    case = case_of(seed)
+    air = Air(solid_of(BOX))
+    for number, sweep in enumerate(case.earlier):
+        air.add(number, rows_of(sweep))
+        cut = np.argwhere(air.grid == number + 1)
+        corners = air.low + air.edge * (cut[:, None] + np.indices((2, 2, 2)).reshape(3, 8).T)
+        assert len(cut) > 5 and sweep.signed_distance(corners.reshape(-1, 3)).max() <= 1e-9
+    points = np.random.default_rng(seed).uniform(BOX.lo, BOX.hi, (20_000, 3))
+    points = points[case.block.signed_distance(points) < 0.0]
+    taken = np.array([sweep.signed_distance(points) > 0.0 for sweep in case.earlier]).all(axis=0)
+    left = air.left(rows_of(case.block))
+    cubes = np.floor((points[taken] - air.low) / air.edge).astype(int).tolist()
+    assert set(map(tuple, cubes)) <= {tuple(cube) for part in left for cube in part.cubes.tolist()}
+    # what any others hold of the block in the box, those around hold
+    boxes = np.array([part.box for part in left])
+    inside = points[((points > boxes[:, 0].max(axis=0)) & (points < boxes[:, 1].min(axis=0))).all(axis=1)]
+    held = np.array([sweep.signed_distance(inside) < 0.0 for sweep in case.earlier])
+    assert (held.any(axis=0) == held[air.around(left, case.block.bounds)[0]].any(axis=0)).all()
+
+
+def test_cubes_above_a_top_hold_no_stock() -> None:
+    stock = hills(1)
+    air, rng = Air(solid_of(stock)), np.random.default_rng(1)
+    out = np.argwhere(air.grid == -1)
+    assert len(out) > 1000
+    points = air.low + air.edge * (out + rng.random(out.shape))
+    points = points[(np.abs(points[:, :2]) < 8.0).all(axis=1)]
+    lines = stock.crossings(points[:, :2])
+    assert (lines.counts == 1).all() and (points[:, 2] >= lines.leave).all()
+
+
+def test_a_block_where_all_is_cut_removes_nothing_and_is_not_looked_at() -> None:
+    """Inside of a wider slot: no cube is left."""
+    case = case_of(7)
+    wide = Sweep.along(FlatEnd(diameter=20, length=40).profile, Line((-30.0, 0.0, -8.0), (30.0, 0.0, -8.0)))
+    engine = ColumnsFirst.of(BOX, Options())
+    engine.cut(case.earlier[0]), engine.cut(wide)
+    found = engine.cut(case.block)
+    assert found.hi == 0.0 and found.proven and found.engine == "columns"
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_block_in_air_has_a_bracket_about_zero_however_narrow_it_is_asked_for(seed: int) -> None:
     """With no width that is enough, cells are divided until rounding alone is left of their sum."""
@@ -301,8 +346,8 @@ def test_the_default_engine_proves_turning_blocks(tmp_path: Path) -> None:
 
 
 def test_a_block_that_stays_wide_is_what_columns_and_the_mesh_engine_both_allow() -> None:
-    """A flat end with a small lead angle: no wider than either alone, and both are named."""
-    case, options = case_of(222), Options(chord=0.05)
+    """A flat end that turns about a point of its bottom: no wider than either alone, and both are named."""
+    case, options = case_of(15), Options(chord=0.05)
     default, meshed = ColumnsFirst.of(BOX, options), MeshEngine.of(BOX, options)
     for sweep in case.earlier:
         default.cut(sweep), meshed.cut(sweep)

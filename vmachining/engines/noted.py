@@ -48,6 +48,11 @@ class Noted:
         return np.asarray(self._rows[: len(self), BLOCK].astype(np.int64))
 
     @property
+    def serials(self) -> Ints:
+        """(n,) serial numbers."""
+        return np.asarray(self._rows[: len(self), NUMBER].astype(np.int64))
+
+    @property
     def uncut(self) -> Bools:
         """(n,) which of them the other engine has not cut yet."""
         return np.asarray(self._rows[: len(self), CUT] == 0.0)
@@ -96,10 +101,6 @@ class Noted:
         self.boxes.keep(which)
         left = set(self._rows[:, NUMBER].astype(np.int64).tolist())
         self._turns = {number: turn for number, turn in self._turns.items() if number in left}
-
-    def numbers(self, which: Bools) -> list[int]:
-        """Serial numbers of some of them."""
-        return [int(number) for number in self._rows[: len(self)][which, NUMBER]]
 
     def sweeps(self, which: Bools) -> Iterator[tuple[Sweep, int | None]]:
         """Some of them, with the numbers of their blocks."""

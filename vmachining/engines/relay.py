@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from vmachining.arrays import Ints
+from vmachining.arrays import Bools, Ints
 from vmachining.checkpoint import Saved, opened
 from vmachining.engines import dexel, mesh
 from vmachining.engines.boxes import Boxes
@@ -49,7 +49,7 @@ from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
 if TYPE_CHECKING:
-    from vmachining.engines.columns.turning import AnyDirection, Rows
+    from vmachining.engines.columns.turning import Air, AnyDirection, Rows
     from vmachining.engines.mesh import MeshEngine
 
 THIN_MM = 1e-6
@@ -151,6 +151,14 @@ class ColumnsFirst(Summed):
         """Columns in any direction."""
         return other_taker(self._stock, self._options)
 
+    @cached_property
+    def _air(self) -> Air:
+        """What turning blocks find cut."""
+        from vmachining.engines.columns.turning import Air
+
+        assert self._anyway is not None
+        return Air(self._anyway.solid)
+
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`; the removal names who answered."""
         (removed,) = self.answer([Request(sweep, block)])
@@ -239,7 +247,7 @@ class ColumnsFirst(Summed):
 
     def _in_any_direction(self, sweep: Sweep, floor: float = 0.0) -> Removal | None:
         """What columns in any direction say, one part of a divided workpiece after the other by turns; None: nothing."""
-        from vmachining.engines.columns.turning import Rows, rows_of
+        from vmachining.engines.columns.turning import Rows
 
         anyway = self._anyway
         if anyway is None or not anyway.takes(sweep) or self._unknown.meeting(sweep.bounds, 3).any():
@@ -249,18 +257,44 @@ class ColumnsFirst(Summed):
         self._turns += 1
         if self._turns % self._share.parts != self._share.part:
             return NOTHING._replace(engine=ColumnsEngine.name)
-        near = self._noted.boxes.meeting(sweep.bounds, 3)
-        numbers = self._noted.numbers(near)
-        if any(number not in self._rows for number in numbers):
-            for number, (earlier, _) in zip(numbers, self._noted.sweeps(near), strict=True):
-                if number not in self._rows:
-                    self._rows[number] = rows_of(earlier)
-        before = [self._rows[number] for number in numbers]
-        while len(self._rows) > ROWS_KEPT:
-            del self._rows[next(iter(self._rows))]
-        found = anyway.cut(self._own(sweep), Rows.join(before) if before else None, floor)
+        own, near = self._own(sweep), self._noted.boxes.meeting(sweep.bounds, 3)
+        left = None
+        if near.any():
+            self._carve(near)
+            left = self._air.left(own)
+            if not any(len(part.cubes) for part in left):
+                return NOTHING._replace(engine=ColumnsEngine.name)
+            some, holders = self._air.around(left, sweep.bounds)
+            numbers = self._noted.serials
+            if np.isin(holders, numbers).all():  # none that holds a cube is forgotten
+                near = np.isin(numbers, some)
+        before = self._known(near)
+        found = anyway.cut(own, Rows.join(before) if before else None, floor, left)
         found = self._rounded(found, sweep)._replace(engine=ColumnsEngine.name)
         return found if self._share.parts > 1 or floor else judged(found, anyway.width, anyway.width_mm3)
+
+    def _known(self, which: Bools) -> list[Rows]:
+        """Rows of noted sweeps."""
+        from vmachining.engines.columns.turning import rows_of
+
+        numbers = self._noted.serials[which].tolist()
+        if any(number not in self._rows for number in numbers):
+            for number, (earlier, _) in zip(numbers, self._noted.sweeps(which), strict=True):
+                if number not in self._rows:
+                    self._rows[number] = rows_of(earlier)
+        found = [self._rows[number] for number in numbers]
+        while len(self._rows) > ROWS_KEPT:
+            del self._rows[next(iter(self._rows))]
+        return found
+
+    def _carve(self, near: Bools) -> None:
+        """Cubes of noted sweeps; of those near a block, as most upright ones are near none that turns."""
+        if self._air.full:
+            del self._air
+        fresh = near.copy()
+        fresh[near] = [number not in self._air for number in self._noted.serials[near].tolist()]
+        for number, rows in zip(self._noted.serials[fresh].tolist(), self._known(fresh), strict=True):
+            self._air.add(number, rows)
 
     def in_use(self) -> Ints:
         """See `Divisible`: numbers of the blocks that columns still know in some tile."""

@@ -9,7 +9,9 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.columns.roof._kernels import Roof
-from vmachining.engines.columns.turning.cells import _kernels
+from vmachining.engines.columns.turning.air import Left
+from vmachining.engines.columns.turning.blocks._kernels import Grown, nothing_yet, remove
+from vmachining.engines.columns.turning.cells._kernels import WAYS
 from vmachining.engines.columns.turning.rows import Rows, meridian
 from vmachining.engines.columns.turning.stocks import Solid, solid_of
 from vmachining.engines.columns.turning.triangles._kernels import UPRIGHT, room
@@ -40,7 +42,7 @@ SAME = 1.0 - 1e-12
 NO_SIDE = 0.1
 """Part of a feed across the axis below which the tool plunges or stands still: any side will do, else all directions are one."""
 
-HALF = len(_kernels.WAYS)
+HALF = len(WAYS)
 UVT = np.array([0, 1, HALF - 5])
 """Which of the kernel's directions are the axes of its frame."""
 
@@ -54,7 +56,7 @@ CONTRADICTION = "columns along two directions contradict each other"
 
 
 class Scene(NamedTuple):
-    """One row and what meets it along one direction, see `remove` of cells/_kernels.py."""
+    """One row and what meets it along one direction, see `remove` of blocks/_kernels.py."""
 
     rows: Floats
     waves: Floats
@@ -64,7 +66,7 @@ class Scene(NamedTuple):
     starts: Ints
     root: Floats
     slack: float
-    grown: _kernels.Grown
+    grown: Grown
 
 
 class AnyDirection:
@@ -101,21 +103,26 @@ class AnyDirection:
             (low < self.solid.corners.max(axis=0)).all() and (high > self.solid.corners.min(axis=0)).all()
         )
 
-    def cut(self, own: Rows, before: Rows | None, floor: float = 0.0) -> Removal:
+    def cut(
+        self, own: Rows, before: Rows | None, floor: float = 0.0, left: Sequence[Left] | None = None
+    ) -> Removal:
         """What a sweep removes after others.
 
         own : of the sweep, in the order in which its parts come. before : of all that may meet it. floor : mm^3 of width that
-        is enough.
+        is enough. left : of `Air.left`; then `before` needs no sweeps but those of `Air.around`.
         """
         rows = own if before is None else Rows.join([own, before])
         wanted = max(self.width_mm3, floor)
         found, most = NOTHING, max(300, CELLS // len(own))
         for k in range(len(own)):
             order = np.array([k, *range(k), *range(len(own), len(rows))], dtype=np.int64)
-            found = found.plus(self._one(rows, order, wanted / len(own), most))
+            if left is None or len(left[k].cubes):
+                found = found.plus(
+                    self._one(rows, order, wanted / len(own), most, None if left is None else left[k])
+                )
         return found
 
-    def _one(self, rows: Rows, order: Ints, floor: float, most: int) -> Removal:
+    def _one(self, rows: Rows, order: Ints, floor: float, most: int, left: Left | None) -> Removal:
         """Of row order[0] after the others."""
         k = int(order[0])
         if rows.as_one(k)[order[1:]].any():
@@ -134,7 +141,7 @@ class AnyDirection:
                 if (number, cells) not in widths:
                     scene = scenes.get(number)
                     if scene is None:
-                        scene = self._scene(rows, order, shared, frame_of(ways[number]), origin, most)
+                        scene = self._scene(rows, order, shared, frame_of(ways[number]), origin, most, left)
                     if scene is None:  # nothing of it is in the stock
                         a, b, made = 0.0, 0.0, 0
                     else:
@@ -148,18 +155,18 @@ class AnyDirection:
             return False
 
         # of a ball the direction by rule is asked alone at first; of others, and where that is not enough, all are compared
-        left = list(range(len(ways)))
+        asked = list(range(len(ways)))
         done, ball, flat = False, rows.cutter[k, 0] == 0.0, rows.cutter[k, 2] == 0.0
         if ball:
-            done = enough(left[:1], BRIEF) or enough(left[:1], TRIAL)
+            done = enough(asked[:1], BRIEF) or enough(asked[:1], TRIAL)
             if not done and hi - lo <= HOPE * max(floor, self.width * 0.5 * (lo + hi)):
-                done = enough(left[:1], FIRST)
-        if not done and not enough(left, BRIEF):
+                done = enough(asked[:1], FIRST)
+        if not done and not enough(asked, BRIEF):
             if not flat:
-                left = sorted(left, key=lambda number: widths[number, BRIEF])[:2]
-            if not enough(left, TRIAL):
+                asked = sorted(asked, key=lambda number: widths[number, BRIEF])[:2]
+            if not enough(asked, TRIAL):
                 # the one that is the narrowest after four times as many cells, if it falls as it did
-                enough([min(left, key=lambda n: widths[n, TRIAL] ** 2 / widths[n, BRIEF])], most)
+                enough([min(asked, key=lambda n: widths[n, TRIAL] ** 2 / widths[n, BRIEF])], most)
         lo, hi = float(lo), float(hi)
         if lo > hi:
             least, most_of_all = min(a for a, _ in said), max(b for _, b in said)
@@ -203,22 +210,40 @@ class AnyDirection:
         return out or [UP]
 
     def _scene(
-        self, rows: Rows, order: Ints, shared: Bools, frame: Floats, origin: Floats, limit: int
+        self,
+        rows: Rows,
+        order: Ints,
+        shared: Bools,
+        frame: Floats,
+        origin: Floats,
+        limit: int,
+        left: Left | None,
     ) -> Scene | None:
         """What the kernel gets for one direction; None where no column meets the sweep and the stock.
 
-        shared : (2, n) which rows of the order have the first, and the last pose.
+        shared : (2, n) which rows of the order have the first, and the last pose. left : of row order[0].
         """
-        ways = _kernels.WAYS @ frame
-        middle = ways @ origin
-        reach = rows.reach(ways) - np.concatenate([middle, -middle])
-        stock = (self.solid.corners - origin) @ frame.T
-        own = reach[order[0]]
+        ways = WAYS @ frame
+        there = ways @ origin
+        reach = rows.reach(ways) - np.concatenate([there, -there])
+        stock, own = (self.solid.corners - origin) @ frame.T, reach[order[0]]
         high, low = np.minimum(own[UVT], stock.max(axis=0)), np.maximum(-own[UVT + HALF], stock.min(axis=0))
+        raised = 0.0
+        faces = self.solid.faces
+        if left is not None:
+            faces = self.solid.within(*left.box)
+            corners = (left.corners - origin) @ frame.T
+            high, least = np.minimum(high, corners.max(axis=0)), np.maximum(low, corners.min(axis=0))
+            low, raised = least, float(least[2] > low[2])
         if (high <= low).any():
             return None
+        size, middle = high - low, 0.5 * (low + high)
+        half = min(max(0.5 * min(size[:2]), max(size[:2]) / 12.0), 0.25 * max(size[:2]))
+        count = np.ceil(size[:2] / (2.0 * half))
+        low[:2], high[:2] = middle[:2] - half * count, middle[:2] + half * count
+        root = np.array([*low[:2], half, *count, low[2], high[2], raised])
         # no plane stands between a sweep and what row order[0] has in the stock
-        box = _kernels.WAYS
+        box = WAYS
         box = np.concatenate([box, -box])
         most = np.minimum(own, np.maximum(box * low, box * high).sum(axis=1))
         extent = float(np.abs([*low, *high]).max() + np.abs(origin).max() + rows.cutter[:, 6].max())
@@ -229,14 +254,9 @@ class AnyDirection:
         some = rows.take(order[near])
         seen, waves = some.seen_from(frame, origin)
         starts = np.array([which[near][1:].any() for which in shared], dtype=np.int64)
-        faces = np.column_stack(
-            [self.solid.faces[:, :3] @ frame.T, self.solid.faces[:, 3] - self.solid.faces[:, :3] @ origin]
-        )
-        size = high - low
-        half = min(max(0.5 * min(size[:2]), max(size[:2]) / 12.0), 0.25 * max(size[:2]))
-        root = np.array([*low[:2], half, *np.ceil(size[:2] / (2.0 * half)), low[2], high[2]])
+        faces = np.column_stack([faces[:, :3] @ frame.T, faces[:, 3] - faces[:, :3] @ origin])
         roof = self.solid.roof(frame, origin, root)
-        grown = _kernels.nothing_yet(limit, int(root[3] * root[4]), len(some))
+        grown = nothing_yet(limit, int(root[3] * root[4]), len(some))
         faces = np.ascontiguousarray(faces)
         return Scene(seen, waves, reach[order[near]] + slack, faces, roof, starts, root, slack, grown)
 
@@ -247,7 +267,7 @@ class AnyDirection:
         if self._seen is not scene:  # witnesses are kept by numbers of rows
             self._room.K.fill(-1)
             self._seen = scene
-        _kernels.remove(
+        remove(
             scene.rows, scene.waves, scene.reach, scene.faces, scene.roof, scene.starts, self.rules, self._room, root,
             len(scene.rows) // 2, self.width, floor, cells, scene.slack, grown,
         )  # fmt: skip
@@ -255,7 +275,7 @@ class AnyDirection:
         error = 4.0 * scene.slack * float(root[2] ** 2 * root[3] * root[4])
         # faces that all but stand along the columns are taken as if they did
         lean = np.abs(scene.faces[:, 2])
-        aside = float(lean[lean < UPRIGHT].sum() * np.abs(root[5:]).max())
+        aside = float(lean[lean < UPRIGHT].sum() * np.abs(root[5:7]).max())
         error += aside * float(np.hypot(*(2.0 * root[2] * root[3:5])) * (root[6] - root[5]))
         return max(lo - error, 0.0), hi + error, int(grown.at[2])
 

@@ -48,6 +48,18 @@ class Solid(NamedTuple):
         n = np.cross(top[:, 1] - top[:, 0], top[:, 2] - top[:, 0])
         return cls(faces, corners, top, n / np.linalg.norm(n, axis=1)[:, None])
 
+    def within(self, low: Floats, high: Floats) -> Floats:
+        """(m + 6, 4) its faces and those of a box; of the same normals only the tighter ones."""
+        sides = np.column_stack([np.concatenate([np.eye(3), -np.eye(3)]), [*high, *-low]])
+        faces, more = self.faces.copy(), []
+        for side in sides:
+            same = np.flatnonzero((faces[:, :3] == side[:3]).all(axis=1))
+            if len(same):
+                faces[same[0], 3] = min(faces[same[0], 3], side[3])
+            else:
+                more.append(side)
+        return np.concatenate([faces, np.array(more).reshape(-1, 4)])
+
     def stands(self, d: Floats) -> bool:
         """Whether nothing of the top hangs over columns along d, so that each leaves the stock once."""
         cos = self.normals @ d

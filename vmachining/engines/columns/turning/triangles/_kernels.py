@@ -11,7 +11,7 @@ from vmachining.engines.columns.smooth._kernels import above_zero
 from vmachining.jit import leaf
 
 UPRIGHT = 1e-9  # |n.t| of a face of the stock along the columns
-SLOTS, FACES = 64, 64  # sweeps that are looked at in a cell, and faces of a stock, at most
+SLOTS, FACES = 64, 64  # sweeps that are looked at in a cell, and faces of a stock, at most; a box adds six
 KEPT = 1 << 14  # witnesses
 COVERS = np.int64(1)  # the bit of rules for L1 of earlier sweeps
 ZERO, ONE = np.int64(0), np.int64(1)
@@ -23,7 +23,7 @@ class Room(NamedTuple):
     K (KEPT,) keys of witnesses W (KEPT, 12) by node, see cells/_kernels.py.
     T (2, 10) smooth surfaces, see bends/_kernels.py.
 
-    Over a triangle: G (256, 6) lower and upper ends as affine functions, Q (2, 68, 2) polygons, S (256,) an order of G or of
+    Over a triangle: G (256, 6) lower and upper ends as affine functions, Q (2, 74, 2) polygons, S (256,) an order of G or of
     slots, D (64,) slots that are dropped.
     """
 
@@ -46,7 +46,7 @@ def room() -> Room:
     """Room for one thread."""
     return Room(
         np.zeros((SLOTS, 2, 5, 12)), np.zeros((SLOTS, 2, 3)), np.zeros((SLOTS, 2, 5, 3)), np.zeros((8, 12)), np.zeros(12),
-        np.zeros((4 * SLOTS, 6)), np.zeros((2, FACES + 4, 2)), np.zeros(4 * SLOTS, dtype=np.int64),
+        np.zeros((4 * SLOTS, 6)), np.zeros((2, FACES + 10, 2)), np.zeros(4 * SLOTS, dtype=np.int64),
         np.zeros(SLOTS, dtype=np.int64), np.zeros((6, 3)), np.zeros(KEPT, dtype=np.int64), np.zeros((KEPT, 12)),
         np.zeros((2, 10)),
     )  # fmt: skip
