@@ -22,9 +22,11 @@ from vmachining.sweep import Sweep
 CELLS, FIRST = 6000, 2400
 """Of a row at most, and along the direction by rule of a ball."""
 
-BRIEF, TRIAL = 50, 200
-"""Cells after which the two narrowest directions continue, and after which one does. Of flat bottoms all continue at first:
-there, those that fall fastest begin widest."""
+BRIEF, TRIAL, LONGER = 50, 200, 400
+"""Cells after which `SOME` directions continue, after which two do, and after which one does."""
+
+SOME = 4
+"""Directions. Of flat bottoms all continue after `BRIEF`, and one after `TRIAL`: there, those that fall fastest begin widest."""
 
 HOPE = 24.0
 """Requested widths that a ball may be away after these cells to continue alone: twice what is made good where width falls with
@@ -162,11 +164,17 @@ class AnyDirection:
             if not done and hi - lo <= HOPE * max(floor, self.width * 0.5 * (lo + hi)):
                 done = enough(asked[:1], FIRST)
         if not done and not enough(asked, BRIEF):
+            steps = [(BRIEF, TRIAL, 1)]
             if not flat:
-                asked = sorted(asked, key=lambda number: widths[number, BRIEF])[:2]
-            if not enough(asked, TRIAL):
-                # the one that is the narrowest after four times as many cells, if it falls as it did
-                enough([min(asked, key=lambda n: widths[n, TRIAL] ** 2 / widths[n, BRIEF])], most)
+                asked = sorted(asked, key=lambda number: widths[number, BRIEF])[:SOME]
+                steps = [(BRIEF, TRIAL, 2), (TRIAL, LONGER, 1)]
+            for before, cells, keep in steps:
+                if enough(asked, cells):
+                    break
+                # those that will be the narrowest if they fall as they did
+                asked = sorted(asked, key=lambda n: widths[n, cells] ** 2 / widths[n, before])[:keep]
+            else:
+                enough(asked, most)
         lo, hi = float(lo), float(hi)
         if lo > hi:
             least, most_of_all = min(a for a, _ in said), max(b for _, b in said)
