@@ -222,10 +222,9 @@ def test_many_blocks_at_once_are_blocks_one_after_the_other(whole: tuple[Path, v
     from vmachining.engines.protocol import Options
     from vmachining.engines.vectors import VectorEngine
     from vmachining.job import Job
-    from vmachining.job.stock import vector_settings
     from vmachining.job.paths import move_path
     from vmachining.job.reading import read_job_program
-    from vmachining.job.stock import design_mesh, raw_stock
+    from vmachining.job.stock import design_mesh, raw_stock, vector_settings
     from vmachining.nc import Motion
     from vmachining.sweep import Sweep
 
