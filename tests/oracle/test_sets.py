@@ -50,13 +50,9 @@ def test_a_case_is_what_its_script_writes_and_its_bounds_are_proven_and_narrow(n
     assert ((lo >= 0.0) & (lo <= hi)).all()
     summary = json.loads((SET / name / "summary.json").read_text())
     width = summary["removed_hi_mm3"] - summary["removed_lo_mm3"]
-    turned = name in (
-        "five_lead",
-        "five_swarf",
-        "five_pocket",
-    )  # columns in any direction add the widths of all blocks
-    assert width <= (0.02 if turned else 0.01) * summary["removed_mm3"]
-    assert not turned or blocks["proven"].all()
+    # columns in any direction add the widths of all blocks: 1.6 and 1.3 % of these totals, where no mesh proves any
+    assert width <= (0.02 if name in ("five_lead", "five_pocket") else 0.01) * summary["removed_mm3"]
+    assert blocks["proven"].all() or name not in ("five_lead", "five_swarf", "five_pocket")
     assert summary["removed_mm3"] == pytest.approx(summary["stock_mm3"] - summary["final_mm3"], rel=1e-9)
 
 
