@@ -22,7 +22,7 @@ from vmachining.job import Job, run
 from vmachining.report.backplot import live_page
 from vmachining.report.live import Live, serve
 from vmachining.report.paper import KINDS
-from vmachining.report.paper.depth import nearest_faces
+from vmachining.report.paper.body import nearest_faces
 from vmachining.report.payload import GROWING
 
 TEXT = (

@@ -18,9 +18,9 @@ from vmachining.job.times import compare, lay, of_result, read_log
 from vmachining.job.timing import assumed, machine_limits
 from vmachining.machine import MachineLimits
 from vmachining.nc import parse_program
+from vmachining.report.figures import mean_feeds
 from vmachining.report.paper.kinds import draw
 from vmachining.report.paper.source import Results
-from vmachining.report.times import mean_feeds
 
 POWER_LOAD = 3.0
 """% of load per W that the log of our own making has."""

@@ -27,9 +27,9 @@ from vmachining.report.paper import (
     load_deviation,
     load_trace,
 )
-from vmachining.report.paper.depth import VIEW, view_frame
-from vmachining.report.paper.forces import deviations
+from vmachining.report.paper.body import VIEW, view_frame
 from vmachining.report.paper.kinds import lines_shown
+from vmachining.report.paper.tables import deviations
 from vmachining.report.pockets import draw_pockets, rings
 from vmachining.sweep.regions import REGIONS, grazing_points, regions
 from vmachining.toolpath import Triangle, advice, bare_path, coverage_shapes

@@ -14,7 +14,7 @@ from tinyjob import FEED, JOB, write_job
 
 import vmachining as vm
 from vmachining.errors import ToolError
-from vmachining.report.paper.depth import png, viewed
+from vmachining.report.paper.body import png, viewed
 
 TOOL = vm.BullNose(diameter=20, corner_radius=5, length=60)
 

@@ -103,7 +103,7 @@ def _validated(found: Coefficients, data: Path, o: Identify) -> tuple[dict[str, 
 def predict_(o: Predict) -> int:
     from vmachining.job.batch import safe_name
     from vmachining.job.predict import measured_table, predict
-    from vmachining.report.force import write_forces
+    from vmachining.report.figures import write_forces
 
     job = Job.load(o.job)
     trace = None

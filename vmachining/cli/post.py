@@ -13,7 +13,7 @@ from vmachining.job.files import write_atomic
 from vmachining.job.reading import refuse_unread
 from vmachining.machine import load
 from vmachining.nc import read_program
-from vmachining.report.figures import html_name
+from vmachining.report.figures import html_name, write_joints
 from vmachining.toolpath.post import post_program
 
 
@@ -39,8 +39,6 @@ def post(o: Post) -> int:
             raise InputError(
                 "--plot: no machine was given, so there are no angles", remedy="--machine NAME, --dialect iso"
             )
-        from vmachining.report.joints import write_joints
-
         write_joints(chain, posted.joints, posted.lines, plot, name=source.stem)
     if str(out) == "-" and not o.as_json:
         print(text, end="")

@@ -20,8 +20,7 @@ from vmachining.job.timing import Driven, assumed, machine_limits
 from vmachining.job.toolpath import Toolpath
 from vmachining.machine import Machine, MachineLimits
 from vmachining.nc import read_program
-from vmachining.report.figures import html_name
-from vmachining.report.times import write_times
+from vmachining.report.figures import html_name, write_times
 
 
 def fit_(o: Fit) -> int:

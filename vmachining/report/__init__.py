@@ -15,7 +15,7 @@
 | `comparison.py` | two results beside each other, matched by where their motions end |
 | `trust.py` | sentences about what is known and what is not |
 | `design.py` | how far the finished surface is from the design |
-| `figures.py`, `chart.py`, `joints.py` | small pages of figures: rotary angles over a posted path, with travels and rewinds |
+| `figures.py`, `chart.py`, `machine.py`, `pockets.py` | small pages of figures: rotary angles over a path, logged times, forces |
 | `scene.py`, `deviation.py` | bodies, lines and points on small pages in three dimensions |
 | `engagement.py` | `write_engagement(engagement, folder)`: tables, map and picture of what a tool touches |
 | `batch.py`, `batch.html.j2` | `write_index(rows, path, ledger)`: the page over all jobs of a batch |

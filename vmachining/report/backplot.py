@@ -9,7 +9,7 @@ from vmachining.job.files import write_atomic
 from vmachining.job.reading import read_job_program
 from vmachining.job.toolpath import Toolpath
 from vmachining.report.numbers import chip, number, plural
-from vmachining.report.page import rendered
+from vmachining.report.page import PLOT_NOTE, rendered
 from vmachining.report.payload import path_payload
 
 MAX_FINDINGS = 200
@@ -46,6 +46,6 @@ def _page(toolpath: Toolpath, job: Job | None) -> str:
         chips=[chip("bad", plural(errors, "error")) if errors else chip("ok", "reads clean"),
                chip("", f"path {number(sum(p.length for p in toolpath.paths), 5)} mm")],
         picture=None, view_note=note, schedule=None, live=job is not None,
-        plot_note="One step per NC block. Click a step to mark its block; drag to zoom in, double click to zoom out.",
+        plot_note=PLOT_NOTE,
         findings=found if job is None else [],
     )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -44,10 +45,15 @@ def write_index(rows: Sequence[Mapping[str, Any]], path: Path, ledger: Mapping[s
     largest = max((row["removed_mm3"] for row in good), default=0.0)
     scheduled = any(row["scheduled_time_s"] is not None for row in good)
     shown = [k for k in range(len(HEADS)) if scheduled or k not in SCHEDULE]
+    problems = [{
+        "name": row["name"] or Path(row["job"]).stem, "job": row["job"], "status": row["status"],
+        "kind": "warn" if row["status"] == "interrupted" else "bad", "message": row["message"],
+        "report": _link(row, "report.html"), "rows": _link(row, "blocks.partial.csv"),
+    } for row in bad]  # fmt: skip
     page = rendered(
         "batch.html.j2", None, script="batch.js", name=path.absolute().parent.name,
         subtitle=f"{plural(len(rows), 'job')} · all volumes in mm³", chips=_chips(rows, ledger),
-        cards=_cards(good, len(rows)), bad=[_problem(row) for row in bad], jobs=[_job(row, largest, shown) for row in good],
+        cards=_cards(good, len(rows)), bad=problems, jobs=[_job(row, largest, shown) for row in good],
         heads=[HEADS[k] for k in shown], command=shlex.join(ledger["command"]), started=ledger["started"],
         ended=ledger["ended"], versions=", ".join(f"{name} {version}" for name, version in ledger["versions"].items()),
     )  # fmt: skip
@@ -102,14 +108,6 @@ def _link(row: Mapping[str, Any], file: str) -> str:
     return quote(f"{Path(row['out']).name}/{file}")
 
 
-def _problem(row: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        "name": row["name"] or Path(row["job"]).stem, "job": row["job"], "status": row["status"],
-        "kind": "warn" if row["status"] == "interrupted" else "bad", "message": row["message"],
-        "report": _link(row, "report.html"), "rows": _link(row, "blocks.partial.csv"),
-    }  # fmt: skip
-
-
 @lru_cache(maxsize=4096)
 def _spark(table: Path, _changed: int) -> tuple[str, str]:
     """Removal rate of a job over its time as the path of a small curve, and its largest value."""
@@ -129,14 +127,6 @@ def _spark(table: Path, _changed: int) -> tuple[str, str]:
     return f"M0 {tall:g}L{way}L{wide:g} {tall:g}", number(float(rate.max()), 4)
 
 
-def _curve(row: Mapping[str, Any]) -> tuple[str, str]:
-    table = Path(row["out"]) / "blocks.parquet"
-    try:
-        return _spark(table, table.stat().st_mtime_ns)
-    except (OSError, pl.exceptions.PolarsError):
-        return "", ""
-
-
 def _job(row: Mapping[str, Any], largest: float, shown: Sequence[int]) -> dict[str, Any]:
     """A line of the table: (text, value to sort by, upper end) per cell that is shown."""
     removed, lo, hi = row["removed_mm3"], row["removed_lo_mm3"], row["removed_hi_mm3"]
@@ -150,7 +140,9 @@ def _job(row: Mapping[str, Any], largest: float, shown: Sequence[int]) -> dict[s
         (percent(before, after) if after is not None else "–", 0 if after is None else after - before),
         (number(feed, 4), feed or 0), (number(feed_after, 4), feed_after or 0), (number(row["warnings"]), row["warnings"]),
     ]  # fmt: skip
-    spark, peak = _curve(row)
+    spark, peak, table = "", "", Path(row["out"]) / "blocks.parquet"
+    with suppress(OSError, pl.exceptions.PolarsError):
+        spark, peak = _spark(table, table.stat().st_mtime_ns)
     return {
         "name": row["name"], "job": row["job"], "report": _link(row, "report.html"), "spark": spark, "peak": peak,
         "folder": Path(row["out"]).name, "table": _link(row, "blocks.csv") or _link(row, "blocks.parquet"),

@@ -98,20 +98,17 @@ def chart(
             f'<g><title>{escape(mark.words)}</title><path d="M{at:.1f} {TOP}V{height - BOTTOM}" stroke="var(--{mark.colour})" '
             f'stroke-opacity=".6"/></g>'
         )  # fmt: skip
+    legend = []
     for k, curve in enumerate(curves):
         colour, dash = COLOURS[k % len(COLOURS)], ' stroke-dasharray="5 4"' if curve.dashed else ""
         way = _way(curve, across, up)
         out.append(f'<path d="{way}" fill="none" stroke="var(--{colour})" stroke-width="1.5"{dash}/>')
-    return "".join([*out, "</svg>", _legend(curves)])
-
-
-def _legend(curves: Sequence[Curve]) -> str:
-    entries = (
-        f'<span><i style="display:inline-block;width:22px;border-top:3px {"dashed" if c.dashed else "solid"} '
-        f'var(--{COLOURS[k % len(COLOURS)]});vertical-align:middle"></i> {escape(c.name)}</span>'
-        for k, c in enumerate(curves)
-    )
-    return f'<p class="caption" style="display:flex;flex-wrap:wrap;gap:4px 22px">{"".join(entries)}</p>'
+        legend.append(
+            f'<span><i style="display:inline-block;width:22px;border-top:3px {"dashed" if curve.dashed else "solid"} '
+            f'var(--{colour});vertical-align:middle"></i> {escape(curve.name)}</span>'
+        )
+    words = f'<p class="caption" style="display:flex;flex-wrap:wrap;gap:4px 22px">{"".join(legend)}</p>'
+    return "".join([*out, "</svg>", words])
 
 
 def _way(curve: Curve, across: Scale, up: Scale) -> str:

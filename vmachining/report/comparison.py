@@ -57,9 +57,8 @@ class Side:
         if path.is_dir():
             manifest = read_manifest(path)
             if manifest is None or not manifest.get("complete"):
-                raise InputError(
-                    "no complete result", file=path, remedy="give a directory that `run` has finished"
-                )
+                remedy = "give a directory that `run` has finished"
+                raise InputError("no complete result", file=path, remedy=remedy)
             file, options = path / "blocks.parquet", manifest["options"]
             inputs = (f"{role} {entry['sha256'][:12]}" for role, entry in manifest["inputs"].items())
             about = (f"engine {options['engine']}", *inputs)
@@ -71,24 +70,19 @@ class Side:
                 "block", "line", "text", "motion", *PLACE, *EQUAL, *(load for load, _, _ in LOADS)
             )
         except (OSError, pl.exceptions.PolarsError) as exc:
+            remedy = "give a result directory, or its blocks.parquet or blocks.csv"
             raise InputError(
-                f"no table of blocks: {str(exc).splitlines()[0]}", file=file,
-                remedy="give a result directory, or its blocks.parquet or blocks.csv",
-            ) from exc  # fmt: skip
-        if missing := [
-            name
-            for name in (*PLACE, *EQUAL)
-            if not blocks[name].cast(pl.Float64, strict=False).is_finite().all(ignore_nulls=False)
-        ]:
-            raise InputError(
-                f"no values in some blocks of {', '.join(missing)}", file=file,
-                remedy="give the table of a finished run",
-            )  # fmt: skip
-        proven = (
-            table["proven"].fill_null(value=False).to_numpy()
-            if table.schema.get("proven") == pl.Boolean
-            else np.zeros(len(table), dtype=np.bool_)
+                f"no table of blocks: {str(exc).splitlines()[0]}", file=file, remedy=remedy
+            ) from exc
+        numbers = blocks.select(
+            pl.col(*PLACE, *EQUAL).cast(pl.Float64, strict=False).is_finite().all(ignore_nulls=False)
         )
+        if missing := [name for name in numbers.columns if not numbers[name][0]]:
+            remedy = "give the table of a finished run"
+            raise InputError(f"no values in some blocks of {', '.join(missing)}", file=file, remedy=remedy)
+        proven = np.zeros(len(table), dtype=np.bool_)
+        if table.schema.get("proven") == pl.Boolean:
+            proven = table["proven"].fill_null(value=False).to_numpy()
         if total is None:
             lo, estimate, hi = (float(blocks[f"removed{end}_mm3"].sum()) for end in ("_lo", "", "_hi"))
             total = Interval(lo, estimate, hi, bool(proven.all()))
@@ -114,11 +108,19 @@ class Beside:
         return bool((np.diff(self.ends_a) == 1).all() and (np.diff(self.ends_b) == 1).all())
 
     @property
+    def sides(self) -> tuple[tuple[Side, Ints], tuple[Side, Ints]]:
+        """Both results with their ends."""
+        return (self.a, self.ends_a), (self.b, self.ends_b)
+
+    @property
+    def seconds_of_each(self) -> tuple[float, float]:
+        return float(self.a.blocks["time_s"].sum()), float(self.b.blocks["time_s"].sum())
+
+    @property
     def volume(self) -> tuple[Floats, Floats, Floats]:
         """mm^3 that b removes more than a in every piece: lowest, estimate, highest."""
         (a_lo, a, a_hi), (b_lo, b, b_hi) = (
-            [side.sums(f"removed{end}_mm3", ends) for end in ("_lo", "", "_hi")]
-            for side, ends in ((self.a, self.ends_a), (self.b, self.ends_b))
+            [side.sums(f"removed{end}_mm3", ends) for end in ("_lo", "", "_hi")] for side, ends in self.sides
         )
         return b_lo - a_hi, b - a, b_hi - a_lo
 
@@ -132,10 +134,7 @@ class Beside:
     @property
     def proven(self) -> Bools:
         """(n,) whether the intervals of both sides are proven in all blocks of a piece: without that nothing differs for sure."""
-        stated = [
-            np.diff(np.concatenate([[0], np.cumsum(~side.proven)])[ends])
-            for side, ends in ((self.a, self.ends_a), (self.b, self.ends_b))
-        ]
+        stated = [np.diff(np.concatenate([[0], np.cumsum(~side.proven)])[ends]) for side, ends in self.sides]
         return np.asarray((stated[0] == 0) & (stated[1] == 0))
 
     @property
@@ -150,7 +149,7 @@ class Beside:
             "blocks": [len(self.a.blocks), len(self.b.blocks)], "pieces_that_differ": int(self.differs.sum()),
             "pieces_that_differ_proven": int((self.differs & self.proven).sum()),
             "removed_difference_mm3": {"lo": low, "estimate": mid, "hi": high},
-            "time_s": [float(side.blocks["time_s"].sum()) for side in (self.a, self.b)],
+            "time_s": list(self.seconds_of_each),
         }  # fmt: skip
 
 
@@ -180,20 +179,16 @@ def write_comparison(found: Beside, path: Path) -> None:
     low, _, high = _difference(a.removed, b.removed)
     differ, pieces = int(found.differs.sum()), len(found.ends_a) - 1
     word = "block" if found.is_one_to_one else "piece"
-    before, after = (float(side.blocks["time_s"].sum()) for side in (a, b))
+    before, after = found.seconds_of_each
     same = low <= 0.0 <= high
     sure = _surely(differ == int((found.differs & found.proven).sum()))
     panels = [
-        Panel(
-            title="In short",
-            text=" ".join(_words(found, differ, pieces, word, same)),
-            head=("", a.name, b.name, "difference"),
-            rows=_totals(found),
-        ),
+        Panel(title="In short", text=" ".join(_words(found, differ, pieces, word, same)), rows=_totals(found),
+              head=("", a.name, b.name, "difference")),
         *_curves(found),
         _table(found, f"Largest differences in removed volume, by {word}", np.abs(found.volume[1])),
         _table(found, f"Largest differences in time, by {word}", np.abs(found.seconds)),
-    ]
+    ]  # fmt: skip
     write_page(
         path, [panel for panel in panels if panel.rows or panel.svg], kind="comparison", name=f"{a.name} and {b.name}",
         subtitle=" · ".join(f"{side.name}: {', '.join(side.about) or 'a table of blocks'}" for side in (a, b)),
@@ -207,7 +202,7 @@ def _words(found: Beside, differ: int, pieces: int, word: str, same: bool) -> li
     a, b = found.a, found.b
     low, mid, high = _difference(a.removed, b.removed)
     more = f"{number(abs(mid), 4)} mm³ {'more' if mid > 0 else 'less'} than" if mid else "as much as"
-    before, after = (float(side.blocks["time_s"].sum()) for side in (a, b))
+    before, after = found.seconds_of_each
     took, takes = (" ".join(duration(*pair)) for pair in ((before, after), (after, before)))
     sure = a.removed.proven and b.removed.proven
     lies = (
@@ -247,13 +242,12 @@ def _signed(value: float) -> str:
 def _totals(found: Beside) -> list[tuple[str, ...]]:
     a, b = found.a, found.b
     low, mid, high = _difference(a.removed, b.removed)
-    before, after = (float(side.blocks["time_s"].sum()) for side in (a, b))
+    before, after = found.seconds_of_each
     told = (
         f"{number(v.estimate, 8)} ({number(v.lo, 8)} … {number(v.hi, 8)})" for v in (a.removed, b.removed)
     )
     rows = [
-        ("Removed volume, mm³", *told,
-         f"{_signed(mid)} ({_signed(low)} … {_signed(high)})"),
+        ("Removed volume, mm³", *told, f"{_signed(mid)} ({_signed(low)} … {_signed(high)})"),
         ("Machining time", " ".join(duration(before, after)), " ".join(duration(after, before)), percent(before, after)),
         ("Blocks that move", number(len(a.blocks)), number(len(b.blocks)), f"{len(b.blocks) - len(a.blocks):+d}"),
     ]  # fmt: skip
@@ -265,10 +259,8 @@ def _totals(found: Beside) -> list[tuple[str, ...]]:
             float((side.blocks[name].sum() if sums else side.blocks[name].max()) or 0.0)  # type: ignore[arg-type]
             for side in (a, b)
         )
-        title = "Path" if sums else f"Largest {label}"
-        rows.append(
-            (f"{title}{', ' if unit else ''}{unit}", number(one, 6), number(other, 6), percent(one, other))
-        )
+        title = f"{'Path' if sums else f'Largest {label}'}{', ' if unit else ''}{unit}"
+        rows.append((title, number(one, 6), number(other, 6), percent(one, other)))
     return rows
 
 
@@ -280,9 +272,8 @@ def _curves(found: Beside) -> list[Panel]:
         if not (a.blocks[name].count() and b.blocks[name].count()):
             continue
         curves = [Curve(side.name, _along(side), floats(side.blocks, name), stepped=True) for side in (a, b)]
-        panels.append(
-            Panel(title=label.capitalize(), svg=chart(curves, x="path, mm", y=unit, zero=True, height=210))
-        )
+        svg = chart(curves, x="path, mm", y=unit, zero=True, height=210)
+        panels.append(Panel(title=label.capitalize(), svg=svg))
     x = _along(a)[found.ends_a[:-1].clip(max=len(a.blocks) - 1)]
     low, mid, high = found.volume
     words = (("difference", mid), ("at least", low), ("at most", high))

@@ -40,7 +40,10 @@ def contact_maps(
     90 + 360 k / angles degrees; 90 is straight ahead of the feed, or where that is axial the first direction of the tool.
     A turn has as many forces (N, resultant of all teeth); place k is 360 k / angles.
     """
-    chosen = _chosen(blocks, load)
+    cuts = blocks.filter((pl.col("ap_mm") > 0) & (pl.col(load) > 0)).select("block", load)
+    top = cuts.top_k(MOST_LOADED, by=load)
+    rest = cuts.join(top, on="block", how="anti", maintain_order="left")
+    chosen = dict(pl.concat([top, rest.gather_every(max(1, -(-len(rest) // SPREAD)))]).iter_rows())
     if not chosen or len(blocks) > MOST_BLOCKS:
         return [], {}
     forcing = coefficients_of(result.job)
@@ -64,11 +67,13 @@ def contact_maps(
         record |= {"block": block, "load": chosen[block], "map": sum(len(one) for one in maps), "turn": None}
         maps.append(chips)
         if seen.fine and forcing is not None:
-            phi, columns = turn_series(
-                sample, seen.teeth, forcing.coefficients, seen.scale, spin=spin_of(seen.move)
-            )
+            spin = spin_of(seen.move)
+            phi, columns = turn_series(sample, seen.teeth, forcing.coefficients, seen.scale, spin=spin)
+            place = (np.degrees(phi) - record["begin"] + 90.0) % 360.0  # the grid starts straight ahead
+            order, even = np.argsort(place), np.arange(record["angles"]) * (360.0 / record["angles"])
+            force = np.linalg.norm(columns[:, :3], axis=1)[order]
             record["turn"] = sum(len(one) for one in turns)
-            turns.append(_over_turn(phi, np.linalg.norm(columns[:, :3], axis=1), record))
+            turns.append(np.interp(even, place[order], force, period=360.0))
         records.append(record)
     if not records:
         return [], {}
@@ -76,14 +81,6 @@ def contact_maps(
     if turns:
         arrays["contact_turns"] = np.concatenate(turns).astype("<f4")
     return records, arrays
-
-
-def _chosen(blocks: pl.DataFrame, load: str) -> dict[int, float]:
-    """Blocks that are drawn, with their loads."""
-    cuts = blocks.filter((pl.col("ap_mm") > 0) & (pl.col(load) > 0)).select("block", load)
-    top = cuts.top_k(MOST_LOADED, by=load)
-    rest = cuts.join(top, on="block", how="anti", maintain_order="left")
-    return dict(pl.concat([top, rest.gather_every(max(1, -(-len(rest) // SPREAD)))]).iter_rows())
 
 
 def _map(seen: Watched, sample: Sample) -> tuple[dict[str, Any], Ints]:
@@ -111,11 +108,3 @@ def _map(seen: Watched, sample: Sample) -> tuple[dict[str, Any], Ints]:
         "teeth": seen.teeth.number, "begin": float(np.degrees(cutting.phi[0])),
     }  # fmt: skip
     return record, levels.astype("u1").ravel()
-
-
-def _over_turn(phi: Floats, force: Floats, record: dict[str, Any]) -> Floats:
-    """Forces at 360 k / n degrees from the feed, of the grid that starts straight ahead."""
-    place = (np.degrees(phi) - record["begin"] + 90.0) % 360.0
-    even = np.arange(record["angles"]) * (360.0 / record["angles"])
-    order = np.argsort(place)
-    return np.asarray(np.interp(even, place[order], force[order], period=360.0), dtype=np.float64)

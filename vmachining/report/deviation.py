@@ -72,14 +72,11 @@ def deviation_scene(engine: VectorEngine, tolerance: float) -> Scene:
     shown = engine.deviation(tolerance, outside_only=False, most=MOST_POINTS // 2)
     outside = engine.deviation(tolerance, most=MOST_POINTS // 2)
     largest = float(np.abs(outside.deviation).max(initial=0.0))
+    named = ((shown, "all vectors (thinned)", 2.0), (outside, "outside of the tolerance", 4.0))
     layers = [
         Layer(name=name, points=found.point, values=found.deviation, blocks=found.block, size=size)
-        for found, name, size in (
-            (shown, "all vectors (thinned)", 2.0),
-            (outside, "outside of the tolerance", 4.0),
-        )
-        if len(found.point)
-    ]
+        for found, name, size in named if len(found.point)
+    ]  # fmt: skip
     if largest > 0.0:
         stretch = DRAWN_MM * part.size / largest
         lines = np.full((3 * len(outside.point), 3), np.nan)

@@ -96,32 +96,27 @@ def write_engagement(found: Engagement, folder: Path | str, *, name: str = "") -
 
 
 def _write(found: Engagement, folder: Path, name: str) -> list[Path]:
-    table = found.table()
+    table, chart = found.table(), found.map(MAP_CELLS)
     paths = [folder / f"engagement.{suffix}" for suffix in ("csv", "parquet", "html", "png")]
-    write_table(readable(table.lazy()).collect(), paths[0])
+    middles = 0.5 * (chart.s[1:] + chart.s[:-1])
+    share = {f"{m:.6g}": c for m, c in zip(middles, chart.share.T, strict=True)}
+    sheets = {
+        paths[0]: table, folder / "engagement_map.csv": pl.DataFrame({"phi_deg": np.degrees(chart.phi), **share}),
+        folder / "engagement_chips.csv": chip_table(found),
+    }  # fmt: skip
+    for file, rows in sheets.items():
+        write_table(readable(rows.lazy()).collect(), file)
     write_table(table, paths[1])
     write_engagement_page(found, paths[2], name=name)
     write_engagement_png(found, paths[3], name=name)
-    chart = found.map(MAP_CELLS)
-    middles = 0.5 * (chart.s[1:] + chart.s[:-1])
-    columns = {
-        "phi_deg": np.degrees(chart.phi),
-        **{f"{m:.6g}": c for m, c in zip(middles, chart.share.T, strict=True)},
-    }
-    more = {"engagement_map.csv": pl.LazyFrame(columns), "engagement_chips.csv": chip_table(found).lazy()}
-    for file, rows in more.items():
-        write_table(readable(rows).collect(), folder / file)
-    return [*paths, *(folder / file for file in more)]
+    return [*paths, *list(sheets)[1:]]
 
 
 def write_engagement_page(found: Engagement, path: Path, *, name: str = "") -> None:
     """One self-contained HTML file: the unrolled map coloured by chip thickness, length of cut and chip area."""
+    words = "Chip thickness over rotation and edge; below, length of cut and chip area"
     with look():
-        map_ = picture(
-            _figure(found),
-            "Chip thickness over rotation and edge; below, length of cut and chip area",
-            kind="png",
-        )
+        map_ = picture(_figure(found), words, kind="png")
     write_page(
         path, [Panel(title="What the edge touches", svg=map_, rows=_facts(found), head=("", ""))], kind="engagement",
         name=_title(found, name), subtitle="Lengths in mm, angles in degrees", chips=[("warn", text) for text in found.notes],

@@ -11,7 +11,7 @@ import polars as pl
 
 from vmachining.job.files import write_atomic, write_table
 from vmachining.report.figures import picture
-from vmachining.report.numbers import chip, number, plural, share, trusted
+from vmachining.report.numbers import chip, number, plural, share
 from vmachining.report.page import rendered
 from vmachining.report.paper.style import BLUE, canvas, look
 
@@ -30,9 +30,12 @@ def write_engines(told: Mapping[str, Any], folder: Path) -> None:
         "engines.html.j2", None, name=told["job"],
         subtitle=f"{plural(len(told['blocks']), 'block')} that cut · all volumes in mm³", chips=_chips(told),
         heads=["blocks", "removed mm³", "ms a block", "width", "off", "proven", "disagrees"],
-        engines=[{"name": row["engine"], "cells": _cells(row)} for row in told["engines"]],
+        engines=[{"name": row["engine"], "cells": [
+            number(row["blocks"]), number(row["removed_mm3"]), number(row["ms_per_block"], 3), share(row["width"]),
+            share(row["off"]), number(row["proven"]), number(row["disagrees"]),
+        ]} for row in told["engines"]],
         refused=[f"{row['engine']}: {row['refused']}" for row in told["engines"] if row["refused"]],
-        figure=trusted(engine_figure(told["engines"])), names=names,
+        figure=engine_figure(told["engines"]), names=names,
         blocks=[_block(row, names, apart) for row in told["blocks"][:MOST]], left=max(0, len(told["blocks"]) - MOST),
     )  # fmt: skip
     write_atomic(folder / "engines.html", page)
@@ -69,14 +72,6 @@ def _chips(told: Mapping[str, Any]) -> list[dict[str, str]]:
     return chips
 
 
-def _cells(row: Mapping[str, Any]) -> list[str]:
-    width, off = (share(row[name]) for name in ("width", "off"))
-    return [
-        number(row["blocks"]), number(row["removed_mm3"]), number(row["ms_per_block"], 3), width, off,
-        number(row["proven"]), number(row["disagrees"]),
-    ]  # fmt: skip
-
-
 def _block(
     row: Mapping[str, Any], names: Sequence[str], apart: Sequence[tuple[set[str], set[int]]]
 ) -> dict[str, Any]:
@@ -85,9 +80,6 @@ def _block(
         value, lo, hi = (row[f"{name}_{part}"] for part in ("mm3", "lo_mm3", "hi_mm3"))
         bad = any(name in pair and row["block"] in blocks for pair, blocks in apart)
         half = None if value is None else 0.5 * (hi - lo)
-        cells += [
-            {"text": number(value, 6), "apart": bad},
-            {"text": number(half, 2), "apart": False},
-            {"text": number(1e3 * row[f"{name}_s"], 3), "apart": False},
-        ]
+        words = number(value, 6), number(half, 2), number(1e3 * row[f"{name}_s"], 3)
+        cells += [{"text": text, "apart": bad and k == 0} for k, text in enumerate(words)]
     return {"block": row["block"], "line": row["line"], "text": row["text"], "cells": cells}

@@ -85,12 +85,8 @@ class Live:
             # read, not mapped: a run that starts anew cuts the file short, and a mapped page that is gone kills the process
             data = b"".join(self._lines(first))
             found = pl.read_csv(
-                data,
-                columns=list(kinds),
-                schema_overrides=kinds,
-                truncate_ragged_lines=True,
-                ignore_errors=True,
-            )
+                data, columns=list(kinds), schema_overrides=kinds, truncate_ragged_lines=True, ignore_errors=True,
+            )  # fmt: skip
         except (OSError, ValueError, pl.exceptions.PolarsError):  # no table yet, or one that starts anew
             return []
         return [list(row) for row in found.drop_nulls(["block", "removed_mm3"]).iter_rows()]
@@ -123,12 +119,10 @@ class Live:
     def outputs(self) -> list[str]:
         """Files that a run has completed."""
         try:
-            manifest = read_manifest(self.folder)
+            manifest = read_manifest(self.folder) or {}
         except JobError:
             return []
-        if manifest is None or not manifest.get("complete"):
-            return []
-        return [str(name) for name in manifest.get("outputs", ())]
+        return [str(name) for name in manifest.get("outputs", ())] if manifest.get("complete") else []
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -141,8 +135,7 @@ class _Handler(BaseHTTPRequestHandler):
             return
         name = unquote(urlsplit(self.path).path).lstrip("/")
         if not name:
-            page = (files("vmachining.report") / "live.html").read_bytes()
-            self._answer(page, KINDS[".html"])
+            self._answer((files("vmachining.report") / "live.html").read_bytes(), KINDS[".html"])
         elif name == "state.json":
             self._answer(json.dumps(live.state()).encode(), KINDS[".json"])
         elif name == "run.html" and live.page:
@@ -163,10 +156,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _answer(self, data: bytes, kind: str) -> None:
         self.send_response(HTTPStatus.OK)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(len(data)))
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Content-Type-Options", "nosniff")
+        heads = {"Content-Type": kind, "Content-Length": str(len(data)), "Cache-Control": "no-store"}
+        for name, value in {**heads, "X-Content-Type-Options": "nosniff"}.items():
+            self.send_header(name, value)
         self.end_headers()
         self.wfile.write(data)
 

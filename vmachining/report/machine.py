@@ -35,13 +35,12 @@ def machine_record(mill: Mill) -> dict[str, Any]:
     count = (sum(turning), len(turning) - sum(turning))
     stated = mill.keys.model_dump(exclude_unset=True, exclude={"chain", "options", "file"})
     name = mill.keys.chain or mill.name
-    words = CLASSES.get(count, "a custom chain")
-    if mill.legs is not None or name == "hexa":
-        words = (
-            "six legs carry the spindle"
-            if mill.legs is not None
-            else "hexapod head; a machine file states its legs"
-        )
+    words = (
+        "hexapod head; a machine file states its legs"
+        if name == "hexa"
+        else CLASSES.get(count, "a custom chain")
+    )
+    words = words if mill.legs is None else "six legs carry the spindle"
     given = mill.keys.options or {}
     return {
         "name": mill.name, "configuration": chain.chain,
@@ -136,12 +135,10 @@ def _number(value: float | None, unit: str) -> str:
 
 
 def _travel(axis: dict[str, Any]) -> str:
-    low, high = axis["min"], axis["max"]
-    if low is None and high is None:
+    if axis["min"] is None and axis["max"] is None:
         return "not stated"
-    return (
-        f"{'-∞' if low is None else f'{low:.6g}'} to {'∞' if high is None else f'{high:.6g}'} {axis['unit']}"
-    )
+    low, high = ("∞" if v is None else f"{v:.6g}" for v in (axis["min"], axis["max"]))
+    return f"{'-' * (low == '∞')}{low} to {high} {axis['unit']}"
 
 
 def _svg(width: float, height: float, parts: Sequence[str], label: str) -> str:
@@ -164,21 +161,17 @@ def _chain(chain: Machine) -> str:
         if k:
             out.append(f'<path d="M{x - gap:.0f} 50H{x:.0f}" stroke="var(--muted)" stroke-width="3"/>')
         fill = "var(--code)" if axis is None else "var(--band)" if axis.is_rotary else "var(--panel)"
-        out.append(
-            f'<rect x="{x:.0f}" y="6" width="{wide:.0f}" height="88" rx="9" fill="{fill}" stroke="var(--muted)"/>'
-        )
         top = 55 if axis is None else 30
-        out.append(
-            f'<text x="{mid:.0f}" y="{top}" text-anchor="middle" font-weight="600">{escape(name)}</text>'
-        )
-        if axis is not None and axis.is_rotary:
-            out.append(_arrow(f"M{mid - 13:.1f} 58a13 9 0 1 1 22 6", mid + 9, 64, 0.55, 0.83))
-        elif axis is not None:
-            out.append(
-                _arrow(f"M{mid - 22:.1f} 54H{mid + 22:.1f}", mid + 22, 54, 1, 0)
-                + _arrow("", mid - 22, 54, -1, 0)
-            )
+        out += [
+            f'<rect x="{x:.0f}" y="6" width="{wide:.0f}" height="88" rx="9" fill="{fill}" stroke="var(--muted)"/>',
+            f'<text x="{mid:.0f}" y="{top}" text-anchor="middle" font-weight="600">{escape(name)}</text>',
+        ]
         if axis is not None:
+            if axis.is_rotary:
+                out.append(_arrow(f"M{mid - 13:.1f} 58a13 9 0 1 1 22 6", mid + 9, 64, 0.55, 0.83))
+            else:
+                way = f"M{mid - 22:.1f} 54H{mid + 22:.1f}"
+                out += [_arrow(way, mid + 22, 54, 1, 0), _arrow("", mid - 22, 54, -1, 0)]
             out.append(f'<text x="{mid:.0f}" y="86" text-anchor="middle" fill="var(--muted)" font-size="11">'
                        f"{'about' if axis.is_rotary else 'along'} {_along(axis.direction)}</text>")  # fmt: skip
     return _svg(len(boxes) * (wide + gap) - gap + 8.0, 100.0, out, f"chain {chain.chain}")
@@ -222,9 +215,8 @@ def _places(chain: Machine) -> str:
         line(np.zeros(3), 0.7 * reach * chain.axes[k].direction, "muted", chain.axes[k].name)
     for axis, colour in zip(turning, ("first", "fourth", "second", "third"), strict=False):
         ends = (axis.point - reach * axis.direction, axis.point + reach * axis.direction)
-        line(
-            *ends, colour, f"{axis.name} through {_triple(axis.point.tolist())}", 'stroke-dasharray="9 3 2 3"'
-        )
+        through = f"{axis.name} through {_triple(axis.point.tolist())}"
+        line(*ends, colour, through, 'stroke-dasharray="9 3 2 3"')
         side = np.cross(axis.direction, np.eye(3)[int(np.argmin(np.abs(axis.direction)))])
         side, up = side / np.linalg.norm(side), np.cross(axis.direction, side / np.linalg.norm(side))
         ring = [at(axis.point + 0.6 * reach * axis.direction + 0.18 * reach * (math.cos(t) * side + axis.sign * math.sin(t) * up))

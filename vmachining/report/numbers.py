@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +15,10 @@ ROUNDING_REL = 1e-9
 """Two sums over meshes differ by less than this part of the stock for no other reason than rounding."""
 
 
-def difference(value: float, of: float, unit: str = "mm³") -> str:
-    """A difference of two computed volumes; rounding of the larger of them is called so."""
-    if abs(value) <= ROUNDING_REL * abs(of):
-        return f"0\u00a0{unit} within rounding"
-    return f"{value:+.2g}\u00a0{unit}"
+def difference(value: float, of: float) -> str:
+    """A difference of two computed volumes, mm^3; rounding of the larger of them is called so."""
+    is_rounding = abs(value) <= ROUNDING_REL * abs(of)
+    return "0\u00a0mm³ within rounding" if is_rounding else f"{value:+.2g}\u00a0mm³"
 
 
 def floats(rows: pl.DataFrame, name: str) -> Floats:
@@ -35,13 +34,6 @@ def card(title: str, value: str, unit: str, note: str, **more: str) -> dict[str,
 def chip(kind: str, text: str) -> dict[str, str]:
     """A word in a coloured frame. kind : ok, warn, bad, or "" for grey."""
     return {"kind": kind, "text": text}
-
-
-def trusted(text: str) -> Any:
-    """Our own code, exempt from escaping; foreign text never goes through here unescaped."""
-    import markupsafe
-
-    return markupsafe.Markup(text)
 
 
 def number(value: float | None, digits: int = 6) -> str:

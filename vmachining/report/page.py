@@ -18,9 +18,10 @@ from vmachining.job import RunResult, ScheduleReport
 from vmachining.job.brep import disputes
 from vmachining.job.files import versions, write_atomic
 from vmachining.job.record import in_words
+from vmachining.job.strategies import LOADS as STRATEGIES
 from vmachining.report.design import deviation_of, worst_places
-from vmachining.report.numbers import card, chip, difference, duration, number, percent, plural, trusted
-from vmachining.report.paper.depth import png
+from vmachining.report.numbers import card, chip, difference, duration, number, percent, plural
+from vmachining.report.paper.body import png
 from vmachining.report.payload import LOADS, Payload, load_column, payload
 from vmachining.report.thin import ThinMesh, thin_mesh
 from vmachining.report.trust import checked, known, unknown, widest
@@ -28,22 +29,29 @@ from vmachining.report.trust import checked, known, unknown, widest
 MAX_ROWS = 500
 """Rows of one table on the page; the CSV has them all."""
 
+PLOT_NOTE = (
+    "One step per NC block. Click a step to mark its block; drag to zoom in, double click to zoom out."
+)
+
 
 def write_report(result: RunResult, path: Path) -> None:
     """Write the page of a result to `path`, whole or not at all."""
-    blocks = result.blocks
-    surface = result.surface
+    blocks, surface = result.blocks, result.surface
     mesh = thin_mesh(surface.vertices, surface.triangles, surface.block)
     deviation = deviation_of(result, mesh)
     data = payload(result, blocks, mesh, deviation)
     schedule = result.schedule
-    warned = _warnings(result, blocks)
+    rows = blocks.filter(pl.col("warning").is_not_null()).select("block", "line", "text", "warning").rows()
+    silent = [("–", line, text, message) for line, text, message in result.findings]
+    warned = sorted([*rows, *silent], key=lambda row: row[1])
+    drawn, count = number(data.rows), len(blocks)
+    thinned = f" {drawn} of {number(count)} blocks are drawn, extremes kept." if data.rows < count else ""
     page = rendered(
         "page.html.j2", data, name=result.job.name, subtitle=_subtitle(result),
         picture=base64.b64encode(png(mesh.vertices, mesh.triangles)).decode("ascii"), chips=_chips(result, blocks),
         disputed=disputes(blocks)[:MAX_ROWS], cards=_cards(result, blocks), mapped=data.maps > 0, peaks=peaks(blocks),
         doubt=doubtful(blocks), loaded=loaded(blocks), load=load_column(blocks),
-        view_note=_view_note(len(surface.triangles), mesh, data), plot_note=_plot_note(len(blocks), data.rows),
+        view_note=_view_note(len(surface.triangles), mesh, data), plot_note=PLOT_NOTE + thinned,
         contact_notes=list(result.summary.get("contact_notes", [])),
         schedule=_schedule(result, schedule, blocks) if schedule else None, deviation=_deviation(result),
         places=[] if deviation is None else worst_places(mesh, deviation),
@@ -62,33 +70,25 @@ def rendered(template: str, data: Payload | None, *, script: str = "report.js", 
         loader=jinja2.PackageLoader("vmachining", "report"), autoescape=True, undefined=jinja2.StrictUndefined
     )
     room = files("vmachining.report")
-    code = (room / "static" / script).read_text(encoding="utf-8")
+    css, code = ((room / name).read_text(encoding="utf-8") for name in ("page.css", f"static/{script}"))
+    policy = f"sha256-{base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()}"
+    drawn = "" if data is None else data.text
     return environment.get_template(template).render(
-        css=trusted((room / "page.css").read_text(encoding="utf-8")),
-        js=trusted(code),
-        policy=f"sha256-{base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()}",
-        data="" if data is None else data.text,
-        **({"live": False} | words),
+        css=css, js=code, policy=policy, data=drawn, **{"live": False} | words
     )
-
-
-def _warnings(result: RunResult, blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
-    """block, line, text, message of rows that warn, and of lines without a row."""
-    rows = blocks.filter(pl.col("warning").is_not_null()).select("block", "line", "text", "warning")
-    silent = [("–", line, text, message) for line, text, message in result.findings]
-    return sorted([*rows.iter_rows(), *silent], key=lambda row: row[1])
 
 
 def _tools(result: RunResult, blocks: pl.DataFrame) -> list[tuple[str, ...]]:
     """Sums per tool, and of all when there are several."""
     known = {tool["number"]: tool for tool in result.job.keys.tools}
     scheduled = result.schedule is not None
-    groups = [(n, blocks.filter(pl.col("tool") == n)) for n in sorted(known)]
-    whole = result.removed.error  # narrower than the sum of the blocks
-    if len(groups) == 1:
-        return [(_tool_name(known[groups[0][0]]), *_sums(blocks, scheduled, whole))]
-    rows = [(_tool_name(known[n]), *_sums(part, scheduled)) for n, part in groups]
-    return [*rows, ("all", *_sums(blocks, scheduled, whole))]
+    whole = _sums(blocks, scheduled, result.removed.error)  # narrower than the sum of the blocks
+    if len(known) == 1:
+        return [(_tool_name(*known.values()), *whole)]
+    rows = [
+        (_tool_name(known[n]), *_sums(blocks.filter(pl.col("tool") == n), scheduled)) for n in sorted(known)
+    ]
+    return [*rows, ("all", *whole)]
 
 
 def _tool_name(keys: dict[str, Any]) -> str:
@@ -100,19 +100,12 @@ def _tool_name(keys: dict[str, Any]) -> str:
 
 def _sums(rows: pl.DataFrame, scheduled: bool, error: float | None = None) -> tuple[str, ...]:
     cut = rows.filter(pl.col("removed_mm3") > 0)
-    if error is None:
-        lo, removed, hi = (float(rows[f"removed_{end}mm3"].sum()) for end in ("lo_", "", "hi_"))
-        error = Interval(lo, removed, hi).error
-    largest = float(cut["mrr_mm3_min"].fill_null(0.0).max() or 0.0) if len(cut) else 0.0  # type: ignore[arg-type]
-    times = ["time_s", "scheduled_time_s"] if scheduled else ["time_s"]
-    return (
-        number(len(cut)),
-        f"{float(cut['length_mm'].sum()):,.1f}".replace(",", "\u202f"),
-        number(float(rows["removed_mm3"].sum()), 7),
-        number(error, 2),
-        number(largest, 5),
-        *(f"{float(rows[name].sum()):,.1f}".replace(",", "\u202f") for name in times),
-    )
+    lo, removed, hi = (float(rows[f"removed_{end}mm3"].sum()) for end in ("lo_", "", "hi_"))
+    error = Interval(lo, removed, hi).error if error is None else error
+    largest = float(cut["mrr_mm3_min"].max() or 0.0)  # type: ignore[arg-type]
+    times = [rows["time_s"], rows["scheduled_time_s"]] if scheduled else [rows["time_s"]]
+    way, *spent = (f"{float(one.sum()):,.1f}".replace(",", "\u202f") for one in (cut["length_mm"], *times))
+    return (number(len(cut)), way, number(removed, 7), number(error, 2), number(largest, 5), *spent)
 
 
 def _subtitle(result: RunResult) -> str:
@@ -127,30 +120,23 @@ def _subtitle(result: RunResult) -> str:
 def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     summary = result.summary
     chips = [chip("ok", f"complete: {plural(summary['blocks'], 'block')}")]
-    count = summary["warnings"]
-    chips.append(
-        chip("warn", plural(count, "warning"))
-        if count
-        else chip("warn", "see the note on all volumes")
-        if summary["notes"]
-        else chip("ok", "no warnings")
-    )
+    if count := summary["warnings"]:
+        chips.append(chip("warn", plural(count, "warning")))
+    else:
+        chips.append(
+            chip("warn", "see the note on all volumes") if summary["notes"] else chip("ok", "no warnings")
+        )
     if guessed := summary.get("guesses"):
         chips.append(chip("warn", f"{plural(len(guessed), 'line')} of the job guessed"))
-    chips.append(chip("", f"{result.stock.name} engine, {_accuracy(result)}"))
+    fine = f"chord {result.job.keys.accuracy.chord_mm:g} mm"
+    fine = f"width {100 * summary['width']:.3g} %" if result.stock.name == "columns" else fine
+    chips.append(chip("", f"{result.stock.name} engine, {fine}"))
     if stated := summary["stated_blocks"]:
         chips.append(chip("warn", f"{plural(stated, 'block')} stated, not proven"))
     if result.schedule:
         chips.append(chip("ok", "schedule simulated again"))
     second = _second_chip(summary["brep"], (summary.get("second_judge") or {}).get("blocks", 0))
     return [second, *chips] if summary["brep"]["disputed"] else [*chips, second]
-
-
-def _accuracy(result: RunResult) -> str:
-    """The knob of the engine."""
-    if result.stock.name == "columns":
-        return f"width {100 * result.summary['width']:.3g} %"
-    return f"chord {result.job.keys.accuracy.chord_mm:g} mm"
 
 
 def _second_chip(counts: dict[str, Any], judged: int) -> dict[str, str]:
@@ -168,9 +154,12 @@ def _second_chip(counts: dict[str, Any], judged: int) -> dict[str, str]:
 def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     s = result.summary
     relative = 100 * result.removed.error / s["removed_mm3"] if s["removed_mm3"] > 0 else 0.0
-    cutting = int((blocks["removed_mm3"] > 0).sum())
+    cut = blocks.filter(pl.col("removed_mm3") > 0)
     value, unit = duration(s["time_s"], s["scheduled_time_s"])
-    between = f"{number(s['removed_lo_mm3'])} … {number(s['removed_hi_mm3'])} (±{relative:.2g}\u00a0%){_of_blocks(blocks)}"
+    between = f"{number(s['removed_lo_mm3'])} … {number(s['removed_hi_mm3'])} (±{relative:.2g}\u00a0%)"
+    if len(cut):  # which the total does not tell
+        half = (cut["removed_hi_mm3"] - cut["removed_lo_mm3"]) / cut["removed_mm3"] / 2
+        between += f"; single blocks ±{100 * float(half.median()):.2g}\u00a0% in the median"  # type: ignore[arg-type]
     limited = result.job.keys.machine.max_acceleration_mm_s2
     times = "with the acceleration limit" if limited else "ideal: no acceleration limit given"
     cards = [
@@ -186,16 +175,8 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
         value, _, unit = size.rpartition(" ")
         place = f"block {block}, line {line}, after {second}."
         cards.append(card(f"Largest {label}", value, unit, place, block=str(block)))
-    idle = number(s["blocks"] - cutting)
-    cards.append(card("Blocks", number(s["blocks"]), "", f"{number(cutting)} cut, {idle} remove nothing"))
-    return cards
-
-
-def _of_blocks(blocks: pl.DataFrame) -> str:
-    """How wide the brackets of single blocks are, which the total does not tell."""
-    cut = blocks.filter(pl.col("removed_mm3") > 0)
-    half = (cut["removed_hi_mm3"] - cut["removed_lo_mm3"]) / cut["removed_mm3"] / 2
-    return f"; single blocks ±{100 * float(half.median()):.2g}\u00a0% in the median" if len(cut) else ""  # type: ignore[arg-type]
+    idle = number(s["blocks"] - len(cut))
+    return [*cards, card("Blocks", number(s["blocks"]), "", f"{number(len(cut))} cut, {idle} remove nothing")]
 
 
 def _view_note(triangles: int, mesh: ThinMesh, data: Payload) -> str:
@@ -210,14 +191,6 @@ def _view_note(triangles: int, mesh: ThinMesh, data: Payload) -> str:
     return note + " Drag to turn, wheel to zoom; click a face or the path to mark its block. " + data.played
 
 
-def _plot_note(count: int, drawn: int) -> str:
-    thinned = f" {number(drawn)} of {number(count)} blocks are drawn, extremes kept." if drawn < count else ""
-    return (
-        "One step per NC block. Click a step to mark its block; drag to zoom in, double click to zoom out."
-        + thinned
-    )
-
-
 def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame) -> dict[str, Any]:
     s, feed = result.summary, result.job.keys.feed
     before = blocks["mrr_mm3_min"].fill_null(0.0).to_numpy()
@@ -227,39 +200,20 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
     volumes = (f"{number(volume, 8)} mm³" for volume in (s["removed_mm3"], schedule.removed_mm3))
     apart = difference(schedule.removed_mm3 - s["removed_mm3"], s["stock_mm3"])
     rows = [
-        (
-            "Machining time",
-            " ".join(duration(took, takes)),
-            " ".join(duration(takes, took)),
-            percent(took, takes),
-        ),
+        ("Machining time", *(" ".join(duration(*pair)) for pair in ((took, takes), (takes, took))), percent(took, takes)),
         ("Largest volume rate of a block", *rates, percent(before.max(), after.max())),
-        (
-            "Blocks that move",
-            number(s["blocks"]),
-            number(schedule.blocks),
-            f"{schedule.blocks - s['blocks']:+d}",
-        ),
+        ("Blocks that move", number(s["blocks"]), number(schedule.blocks), f"{schedule.blocks - s['blocks']:+d}"),
         ("Removed volume", *volumes, apart),
-    ]
-    limited = [
-        (index, line, text, schedule.limits[index], number(feed))
-        for index, line, text, feed in blocks.select(
-            "block", "line", "text", "scheduled_feed_mm_min"
-        ).iter_rows()
-        if schedule.limits.get(index)
-    ]
-    tally = [{"count": count, "name": name} for name, count in sorted(schedule.tally.items())]
+    ]  # fmt: skip
+    named = blocks.select("block", "line", "text", "scheduled_feed_mm_min").iter_rows()
+    limited = [(*row[:3], word, number(row[3])) for row in named if (word := schedule.limits.get(row[0]))]
     return {
-        "text": schedule.text,
-        "rows": rows,
+        "text": schedule.text, "rows": rows, "compared": compared(schedule.comparison), "limited": limited[:MAX_ROWS],
         "note": f"{schedule.note[0].upper()}{schedule.note[1:]}." if schedule.note else "",
-        "compared": compared(schedule.comparison),
         "force_load": "{} {}".format(*UNITS[feed.component if feed else "resultant"]),
-        "limits": tally,
-        "limited": limited[:MAX_ROWS],
+        "limits": [{"count": count, "name": name} for name, count in sorted(schedule.tally.items())],
         "more": f"{len(limited) - MAX_ROWS} more in blocks.parquet." if len(limited) > MAX_ROWS else "",
-    }
+    }  # fmt: skip
 
 
 def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
@@ -287,19 +241,13 @@ def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
 
 
 def _colophon(result: RunResult) -> list[tuple[str, str]]:
-    lines = [
-        (role, f"{Path(entry['file']).name}  sha256 {entry['sha256'][:16]}…")
-        for role, entry in result.inputs.items()
-    ]
-    if (machine := result.summary.get("machine")) is not None:
+    s, inputs = result.summary, result.inputs.items()
+    lines = [(role, f"{Path(entry['file']).name}  sha256 {entry['sha256'][:16]}…") for role, entry in inputs]
+    if (machine := s.get("machine")) is not None:
         lines.append(("machine", f"{machine['name']}: {', '.join(machine['rotary'])}"))
-    s = result.summary
     took = f"{s['seconds']:.3g} s: {in_words(s['stage_seconds'])}; peak memory {s['peak_mb']:.0f} MB"
-    return [
-        *lines,
-        ("computed in", took),
-        ("made with", ", ".join(f"{name} {version}" for name, version in versions().items())),
-    ]
+    made = ", ".join(f"{name} {version}" for name, version in versions().items())
+    return [*lines, ("computed in", took), ("made with", made)]
 
 
 MOST_MM3_MIN = 2e7
@@ -347,16 +295,14 @@ def loaded(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
 
 
 def compared(comparison: pl.DataFrame) -> list[tuple[str, ...]]:
-    def cell(value: float | None, digits: int = 5) -> str:
-        return "–" if value is None else number(value, digits)
-
     rows = []
     for row in comparison.iter_rows(named=True):
         goal = "–" if row["reference"] is None else f"{number(row['reference'], 5)} {row['unit']}"
-        loads = []
-        for name in ("volume", "chip_area", "force"):
-            loads += [cell(row[f"{name}_peak"]), cell(row[f"{name}_spread"], 3)]
+        names = (
+            (f"{name}_{kind}", digits) for name in STRATEGIES for kind, digits in (("peak", 5), ("spread", 3))
+        )
         title = row["strategy"].replace("_", " ") + (" (asked for)" if row["asked_for"] else "")
-        times = (cell(row["time_s"]), cell(row["machine_time_s"]))
+        times = (number(row[name], 5) for name in ("time_s", "machine_time_s"))
+        loads = (number(row[name], digits) for name, digits in names)
         rows.append((title, goal, row["judged"], *times, str(row["inserted"]), *loads))
     return rows

@@ -24,11 +24,10 @@ from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.job import Job, RunResult
 from vmachining.job.contact import ToolParts
-from vmachining.job.paths import CutterPath
 from vmachining.job.stock import raw_stock
 from vmachining.job.toolpath import Toolpath, program_lines
 from vmachining.machine import Machine, follow
-from vmachining.nc import Motion, Move, Program
+from vmachining.nc import Motion, Program
 from vmachining.report.contact_map import contact_maps
 from vmachining.report.design import Deviation
 from vmachining.report.numbers import floats
@@ -91,6 +90,9 @@ MORE = (
 
 BLOCK = ("block", "block number", "")
 
+PARTS = ("meridian", "shank", "holder")
+"""Names of `ToolParts` on the page."""
+
 
 @dataclass(frozen=True, slots=True)
 class Payload:
@@ -128,14 +130,17 @@ def payload(
     thinned = (thin_rows(len(blocks), blocks[name].to_numpy()) for name in ("removed_mm3", load[0]))
     rows = np.unique(np.concatenate([*thinned, mapped.astype(np.int64)]))
     drawn = blocks[rows]
+    value, lo, hi = (drawn[f"removed{end}_mm3"].to_numpy() for end in ("", "_lo", "_hi"))
+    width = np.where(hi > lo, 100.0, 0.0)  # of each bracket in percent of the volume
+    np.divide(100.0 * (hi - lo), value, out=width, where=value > 0.0)
     time = np.nan_to_num(blocks["time_s"].fill_null(0.0).to_numpy())
     length = np.nan_to_num(blocks["length_mm"].fill_null(0.0).to_numpy())
     arrays: dict[str, Any] = {
         **_along(drawn, rows, time, length),
         **{f"removed_{end}_mm3": floats(drawn, f"removed_{end}_mm3").astype("<f4") for end in ("lo", "hi")},
-        "bracket_percent": _bracket_percent(drawn), "warned": drawn["warning"].is_not_null().to_numpy().astype("u1"),
+        "bracket_percent": np.minimum(width, 100.0).astype("<f4"), "face_block": mesh.block.astype("<i4"),
+        "warned": drawn["warning"].is_not_null().to_numpy().astype("u1"),
         "vertices": mesh.vertices.astype("<f4").ravel(), "triangles": mesh.triangles.astype("<u4").ravel(),
-        "face_block": mesh.block.astype("<i4"),
     }  # fmt: skip
     filled = [entry for entry in (*LOADS, *MORE) if drawn[entry[0]].count()]
     arrays |= {name: floats(drawn, name).astype("<f4") for name, _, _ in filled} | maps
@@ -146,10 +151,8 @@ def payload(
     field = _field(result.job, tools, path) | _machine(result.job.machine, path)
     arrays |= path
     arrays |= field.pop("arrays")
-    after = result.schedule is not None
-    if after:
-        rate = np.asarray(result.schedule.after_rate, dtype="<f4")  # type: ignore[union-attr]
-        arrays["scheduled_mrr_mm3_min"] = rate[rows]
+    if result.schedule is not None:
+        arrays["scheduled_mrr_mm3_min"] = np.asarray(result.schedule.after_rate, dtype="<f4")[rows]
     known = set(arrays)
     loads = _titled({name for name, _, _ in filled}, *LOADS)
     loads.sort(key=lambda entry: entry["name"] != load[0])
@@ -159,16 +162,10 @@ def payload(
         loads[-1]["reach"] = deviation.reach
     loads += _titled(["bracket_percent", "block"], ("bracket_percent", "width of the bracket", "%"), BLOCK)
     header = {
-        "texts": [text or "" for text in drawn["text"].to_list()],
-        "source": _source(result.program, blocks),
+        "texts": [text or "" for text in drawn["text"].to_list()], "source": _source(result.program, blocks),
         "warnings": dict(drawn.filter(pl.col("warning").is_not_null()).select("block", "warning").iter_rows()),
-        "loads": loads,
-        "details": _titled(known, *MORE, *LOADS),
-        "curves": _curves(known),
-        "ends": {"time": float(time.sum()), "length": float(length.sum())},
-        "tools": tools,
-        **field,
-        "contact": contact,
+        "loads": loads, "details": _titled(known, *MORE, *LOADS), "curves": _curves(known), "tools": tools, **field,
+        "ends": {"time": float(time.sum()), "length": float(length.sum())}, "contact": contact,
         "job": Path(result.inputs["job"]["file"]).name if "job" in result.inputs else "JOB.toml",
     }  # fmt: skip
     return Payload(packed(header, arrays), stride, len(rows), next(iter(field)), len(contact))
@@ -180,7 +177,9 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
     With a job the page is live: it asks the server for the rows that the run has made, and cuts along.
     """
     moves, paths = toolpath.moves, toolpath.paths
-    feed = np.array([_feed(moves[block.moves[-1]]) for block in toolpath.blocks])
+    feed = np.array(
+        [moves[block.moves[-1]].feed_mm_min for block in toolpath.blocks], dtype=np.float64
+    )  # NaN of None
     length = np.array([sum(paths[k].length for k in block.moves) for block in toolpath.blocks])
     time = np.divide(60.0 * length, feed, out=np.zeros(len(feed)), where=feed > 0.0)
     table = pl.DataFrame(
@@ -209,16 +208,10 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
         **field.pop("arrays"),
     }  # fmt: skip
     header = {
-        "texts": drawn["text"].to_list(),
-        "source": _source(toolpath.program, table),
-        "warnings": {},
-        "loads": [*_titled(arrays, *LOADS), *_titled(["block"], BLOCK)],
-        "details": _titled(arrays, *MORE, *LOADS),
-        "curves": _curves(set(arrays)),
-        "ends": {"time": float(time.sum()), "length": float(length.sum())},
-        "tools": tools,
-        **field,
-        "live": job is not None,
+        "texts": drawn["text"].to_list(), "source": _source(toolpath.program, table), "warnings": {},
+        "loads": [*_titled(arrays, *LOADS), *_titled(["block"], BLOCK)], "details": _titled(arrays, *MORE, *LOADS),
+        "curves": _curves(set(arrays)), "ends": {"time": float(time.sum()), "length": float(length.sum())}, "tools": tools,
+        **field, "live": job is not None,
     }  # fmt: skip
     return Payload(packed(header, arrays), stride, len(rows), next(iter(field), ""))
 
@@ -236,10 +229,6 @@ def _titled(names: Container[str], *entries: tuple[str, str, str]) -> list[dict[
     return [{"name": n, "label": label, "unit": unit} for n, label, unit in entries if n in names]
 
 
-def _feed(move: Move) -> float:
-    return float("nan") if move.feed_mm_min is None else float(move.feed_mm_min)
-
-
 def _rotary(toolpath: Toolpath, numbers: Ints) -> dict[str, Floats]:
     """Angles that the program names, `rotary_a_deg` and so on, at the end of blocks; NaN before an axis is first named."""
     wanted, names = set(numbers.tolist()), {n for move in toolpath.moves for n in move.rotary_deg or ()}
@@ -252,14 +241,6 @@ def _rotary(toolpath: Toolpath, numbers: Ints) -> dict[str, Floats]:
             for name, values in found.items():
                 values.append(now[name])
     return {f"rotary_{name}_deg": np.array(values, dtype="<f4") for name, values in found.items()}
-
-
-def _bracket_percent(rows: pl.DataFrame) -> Floats:
-    """Width of each bracket in percent of the volume; 0 where it is known that nothing is removed."""
-    value, lo, hi = (rows[f"removed{end}_mm3"].to_numpy() for end in ("", "_lo", "_hi"))
-    width = np.where(hi > lo, 100.0, 0.0)
-    np.divide(100.0 * (hi - lo), value, out=width, where=value > 0.0)
-    return np.minimum(width, 100.0).astype("<f4")
 
 
 def _source(program: Program, blocks: pl.DataFrame) -> list[str] | None:
@@ -307,28 +288,25 @@ def _curves(known: set[str]) -> list[dict[str, Any]]:
 
 def _tools(job: Job) -> tuple[list[dict[str, Any]], dict[int, int]]:
     """Meridians of cutter, shank and holder, and the place of each tool number in the list."""
-    made: list[dict[str, Any]] = []
-    index: dict[int, int] = {}
-    for number, tool in sorted(job.tools.items()):
-        parts = ToolParts.of(tool)
-        index[number] = len(made)
-        made.append(
-            {"number": number, "meridian": _meridian(parts.cutter),
-             "shank": None if parts.shank is None else _meridian(parts.shank),
-             "holder": None if parts.holder is None else _meridian(parts.holder)}
-        )  # fmt: skip
-    return made, index
+    made = [
+        {
+            "number": number,
+            **{name: _meridian(part) for name, part in zip(PARTS, ToolParts.of(tool), strict=True)},
+        }
+        for number, tool in sorted(job.tools.items())
+    ]
+    return made, {number: k for k, number in enumerate(sorted(job.tools))}
 
 
-def _meridian(profile: Profile) -> list[list[float]]:
+def _meridian(profile: Profile | None) -> list[list[float]] | None:
     """Points (r, z) from the tip up, closed at the axis; arcs in twelve pieces."""
+    if profile is None:
+        return None
     points = [[0.0, profile.z_min]]
     for piece in profile.segments:
         if piece.is_arc:
-            beta = np.linspace(*piece.beta, 13)
-            points += np.stack(
-                [piece.cr + piece.radius * np.cos(beta), piece.cz + piece.radius * np.sin(beta)], 1
-            ).tolist()
+            beta, size = np.linspace(*piece.beta, 13), piece.radius
+            points += np.stack([piece.cr + size * np.cos(beta), piece.cz + size * np.sin(beta)], 1).tolist()
         else:
             points += [[piece.r0, piece.z0], [piece.r1, piece.z1]]
     points.append([0.0, profile.z_max])
@@ -341,14 +319,15 @@ def _path(
     """Straight pieces of the path: kind 1 feed, 2 rapid, 3 rapid through material, 0 a jump that is not drawn."""
     moving = [(block.number, index) for block in toolpath.blocks for index in block.moves]
     stride = max(1, len(moving) * 2 // MAX_SEGMENTS)
-    turning = (
-        []
-        if toolpath.machine is None
-        else [toolpath.machine.axes[k].name.lower() for k in toolpath.machine.rotary]
-    )
+    machine = toolpath.machine
+    turning = [] if machine is None else [machine.axes[k].name.lower() for k in machine.rotary]
     drawn = moving[::stride]
     moves, paths = [toolpath.moves[k] for _, k in drawn], [toolpath.paths[k] for _, k in drawn]
-    steps = np.array([_pieces(path) for path in paths], dtype=np.int64)
+    steps = np.array([
+        max(2, int(np.ceil(abs(path.angle) / ARC_STEP))) if isinstance(path, Arc)
+        else 8 if isinstance(path, Turn) and not path.is_straight else 1
+        for path in paths
+    ], dtype=np.int64)  # fmt: skip
     last = np.cumsum(steps + 1) - 1
     points, leans = list[Floats](), np.tile([0.0, 0.0, 1.0], (int(last[-1]) + 1, 1))
     turns, angles = [], dict.fromkeys(turning, 0.0)
@@ -374,22 +353,15 @@ def _path(
     row = np.maximum(np.searchsorted(numbers, owner, side="right") - 1, 0)
     cutter = np.array([tools.get(move.tool, 255) for move in moves])
     arrays = {
-        "points": np.concatenate(points).astype("<f4"),
-        "kind": kinds[:-1].astype("u1"),
+        "points": np.concatenate(points).astype("<f4"), "kind": kinds[:-1].astype("u1"),
         "segment_row": np.repeat(row, steps + 1)[:-1].astype("<i4"),
         "segment_tool": np.repeat(cutter, steps + 1)[:-1].astype("u1"),
-    }
+    }  # fmt: skip
     if (np.abs(leans - [0.0, 0.0, 1.0]) > UPRIGHT).any():
         arrays["axes"] = leans.astype("<f4").ravel()
         if turning:
             arrays["turns"] = np.concatenate(turns).astype("<f4").ravel()
     return arrays, stride
-
-
-def _pieces(path: CutterPath) -> int:
-    if isinstance(path, Arc):
-        return max(2, int(np.ceil(abs(path.angle) / ARC_STEP)))
-    return 8 if isinstance(path, Turn) and not path.is_straight else 1
 
 
 def _machine(machine: Machine | None, path: dict[str, Any]) -> dict[str, Any]:
@@ -420,7 +392,10 @@ def _machine(machine: Machine | None, path: dict[str, Any]) -> dict[str, Any]:
 def _field(job: Job, tools: list[dict[str, Any]], path: dict[str, Any]) -> dict[str, Any]:
     """The raw stock for the cut that is played: "grid" or "volume" for the header, and "arrays"."""
     stock = raw_stock(job)
-    if "axes" in path or any(_undercuts(tool["meridian"]) for tool in tools):
+    undercuts = (
+        (np.diff(tool["meridian"][:-1], axis=0)[:, 0] < -UPRIGHT).any() for tool in tools
+    )  # narrower above than below
+    if "axes" in path or any(undercuts):
         return _volume(stock)
     low, high = stock.bounds
     pitch = float(np.sqrt(np.prod(high[:2] - low[:2]) / CELLS))
@@ -433,18 +408,13 @@ def _field(job: Job, tools: list[dict[str, Any]], path: dict[str, Any]) -> dict[
     there = rays.counts > 0
     heights[there] = rays.leave[last[there]]
     grid = {
-        "low": [float(v) for v in low[:2]],
+        "low": low[:2].tolist(),
         "pitch": pitch,
         "columns": columns,
         "rows": lines,
         "floor": float(low[2]),
     }
     return {"grid": grid, "arrays": {"heights": heights.astype("<f4")}}
-
-
-def _undercuts(meridian: list[list[float]]) -> bool:
-    """A cutter that is narrower somewhere above than below."""
-    return bool((np.diff([r for r, _ in meridian[:-1]]) < -UPRIGHT).any())
 
 
 def _volume(stock: Stock) -> dict[str, Any]:
@@ -464,13 +434,12 @@ def packed(header: dict[str, Any], arrays: dict[str, Any]) -> str:
     """The container as base64; every part begins at a multiple of 8 bytes, as typed arrays of browsers need it."""
     places, parts, offset = {}, [], 0
     for name, array in arrays.items():
-        data = np.ascontiguousarray(array)
+        data, raw = np.asarray(array), np.asarray(array).tobytes()
         places[name] = {
             "kind": f"{data.dtype.kind}{data.dtype.itemsize}",
             "offset": offset,
             "length": int(data.size),
         }
-        raw = data.tobytes()
         parts.append(raw + b"\0" * (-len(raw) % 8))
         offset += len(parts[-1])
     text = json.dumps(header | {"arrays": places}, allow_nan=False, separators=(",", ":")).encode()

@@ -43,13 +43,13 @@ SEEN_MM2 = 0.01
 STEP_DEG = 2.0
 
 
-def shortest_over_shapes(share: float, step_deg: float = STEP_DEG) -> tuple[Floats, list[list[str]]]:
+def shortest_over_shapes(share: float) -> tuple[Floats, list[list[str]]]:
     """Which strategy is shortest, by the angles at the base.
 
     share : radius of the cutter over the inradius of the pocket, 0 to 1.
     Returns angles : (n,) degrees. names : n x n, [gamma][beta]; "" where the base would not be the longest side.
     """
-    angles = np.arange(step_deg, 90.0, step_deg)
+    angles = np.arange(STEP_DEG, 90.0, STEP_DEG)
     names = []
     for gamma in angles:
         row = []
@@ -82,10 +82,10 @@ def draw_pockets(triangle: Triangle, pockets: Sequence[Pocket], *, width_mm: flo
 
     wall = triangle.wall()
     length = {pocket.strategy: pocket.length for pocket in pockets}
-    path = {pocket.strategy: pocket.path for pocket in pockets}
-    for bare in BARE:
-        path[bare] = bare_path(triangle, bare)
-        length[bare] = path_length(path[bare])
+    path = {pocket.strategy: pocket.path for pocket in pockets} | {
+        bare: bare_path(triangle, bare) for bare in BARE
+    }
+    length |= {bare: path_length(path[bare]) for bare in BARE}
     with look():
         wide, tall = np.ptp(wall[:, :2], axis=0)
         figure = canvas(width_mm, 2.0 * (0.3 * width_mm * tall / wide + 13.0) + 6.0)
@@ -94,9 +94,8 @@ def draw_pockets(triangle: Triangle, pockets: Sequence[Pocket], *, width_mm: flo
             axes.plot(*wall[:, :2].T, color="black", lw=1.0)
             axes.plot(*path[name].T, ".-", ms=2.5, lw=0.8, color=COLOURS.get(name, "black"))
             words = []
-            for shape, (colour, hatch, what) in zip(
-                coverage_shapes(triangle, path[name]), SHADED, strict=True
-            ):
+            shapes = coverage_shapes(triangle, path[name])
+            for shape, (colour, hatch, what) in zip(shapes, SHADED, strict=True):
                 seen = shape.area > SEEN_MM2
                 words.append(f"{what} {shape.area if seen else 0.0:.3g} mm²")
                 if seen:
@@ -123,9 +122,8 @@ def draw_shortest(share: float, *, width_mm: float = 120.0) -> Figure:
     with look():
         figure = canvas(width_mm, 0.9 * width_mm)
         axes = figure.subplots()
-        axes.pcolormesh(
-            angles, angles, index, cmap=ListedColormap(list(COLOURS.values())), vmin=-0.5, vmax=3.5
-        )
+        colours = ListedColormap(list(COLOURS.values()))
+        axes.pcolormesh(angles, angles, index, cmap=colours, vmin=-0.5, vmax=3.5)
         axes.set(
             xlabel="angle at the left end of the base, β (°)",
             ylabel="angle at the right end, γ (°)",
@@ -145,9 +143,8 @@ def write_pocket_page(triangle: Triangle, pockets: Sequence[Pocket], path: Path)
     share = triangle.r / triangle.inradius
     with look():
         paths = picture(draw_pockets(triangle, pockets), "The path of each strategy in the triangle")
-        shapes = picture(
-            draw_shortest(share), "Which strategy is shortest over the angles of the triangle", kind="png"
-        )
+        words = "Which strategy is shortest over the angles of the triangle"
+        shapes = picture(draw_shortest(share), words, kind="png")
     best = min(pockets, key=lambda pocket: pocket.length)
     write_page(
         html_name(path, "--plot"),

@@ -15,6 +15,7 @@ from vmachining.geometry import Arc, Line
 from vmachining.machine import PulseBlock
 from vmachining.report.figures import html_name, write_page
 from vmachining.report.numbers import plural
+from vmachining.report.paper.body import COARSE_MM, facets
 from vmachining.report.payload import Payload, packed
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
@@ -65,22 +66,16 @@ class Scene:
 TIP_PLACES = 33
 """Of the path of a tip."""
 
-COARSE_MM = 0.05
-"""A picture needs no finer facets."""
-
 
 def plot_sweep(path: Path, sweep: Sweep, chord: float = CHORD_MM) -> None:
     """Write the picture as one HTML file that opens offline.
 
     chord : mm, of the facets; not finer than a picture shows.
     """
-    from vmachining.engines.mesh import solid
-
     chord = max(chord, COARSE_MM)
-    mesh = solid(sweep, chord=chord, side="fair").to_mesh()
-    corners = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+    corners, triangles = facets(sweep, chord)
     tip = np.array([sweep.path.position(float(t)) for t in np.linspace(0.0, 1.0, TIP_PLACES)])
-    layers = [Layer(name="swept solid", points=corners, triangles=np.asarray(mesh.tri_verts), colour="#8fb1d0", opacity=0.75),
+    layers = [Layer(name="swept solid", points=corners, triangles=triangles, colour="#8fb1d0", opacity=0.75),
               Layer(name="tip of the tool", points=tip, colour="#b3261e")]  # fmt: skip
     write_page(
         path, [], kind="sweep", name=path.stem, subtitle=f"facets within {chord:g} mm · all lengths in mm",
@@ -93,12 +88,7 @@ ARC_PLACES = 91
 
 
 def write_pulses(
-    path: Path,
-    blocks: Sequence[PulseBlock],
-    paths: Sequence[Line | Arc],
-    blu_mm: float,
-    *,
-    name: str = "pulses",
+    path: Path, blocks: Sequence[PulseBlock], paths: Sequence[Line | Arc], blu_mm: float, *, name: str
 ) -> None:
     """One page, whole or not at all; a path in one plane is seen from above.
 

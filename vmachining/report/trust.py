@@ -7,7 +7,7 @@ from typing import Any
 import polars as pl
 
 from vmachining.job import RunResult
-from vmachining.job.contact import TURNING_CHORD_MM
+from vmachining.job.contact import TURNING_CHORD_MM, ToolParts
 from vmachining.job.table import CONTACT
 from vmachining.nc import is_g_code
 from vmachining.report.numbers import difference, number, plural
@@ -22,10 +22,8 @@ def known(result: RunResult) -> list[str]:
     word = "bracket" if s["proven"] else "interval"
     rests = f"It rests on {result.stock.proof}."
     if result.stock.name == "mesh":
-        rests = (
-            "It follows from facets that stay within the chord asked for, "
-            f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface."
-        )
+        chord = result.job.keys.accuracy.chord_mm
+        rests = f"It follows from facets that stay within the chord asked for, {chord:g} mm, of the exact swept surface."
     shown = "The file and the picture show the larger of the two: what is undecided stays on the part."
     if result.stock.name == "columns":
         rests = (
@@ -99,52 +97,36 @@ def _judged(s: dict[str, Any], looked: int) -> list[str]:
     ]
 
 
+def _parts(result: RunResult) -> dict[str, set[int]]:
+    """Numbers of the tools of which the job gives shank and holder."""
+    parts = {n: ToolParts.of(tool) for n, tool in result.job.tools.items()}
+    return {
+        name: {n for n, of in parts.items() if getattr(of, name) is not None} for name in ("shank", "holder")
+    }
+
+
 def _missing_inputs(result: RunResult) -> list[str]:
     """What the job does not describe of its tools, in words for the reader."""
-    tools = result.job.tools
-    lacking = []
-    for part, given in (
-        ("shank", {n for n, tool in tools.items() if tool.shank is not None}),
-        ("holder", {n for n, tool in tools.items() if tool.holder_profile is not None}),
-    ):
+    tools, lacking = result.job.tools, []
+    for part, given in _parts(result).items():
         if not given:
             lacking.append(f"no {part} is given, so none was checked")
         elif missing := sorted(set(tools) - given):
-            lacking.append(
-                f"no {part} is given for {', '.join(f'T{n}' for n in missing)}, so none was checked there"
-            )
+            names = ", ".join(f"T{n}" for n in missing)
+            lacking.append(f"no {part} is given for {names}, so none was checked there")
     return lacking
 
 
 def checked(result: RunResult) -> str:
     """What was looked for where there are no warnings: nothing that the job does not give."""
-    tools = result.job.tools.values()
-    parts = [
-        word
-        for word, given in (
-            ("shank", any(tool.shank is not None for tool in tools)),
-            ("holder", any(tool.holder_profile is not None for tool in tools)),
-        )
-        if given
-    ]
     said = ["no contact of a rapid with the stock was found"]
-    if parts:
+    if parts := [part for part, given in _parts(result).items() if given]:
         said.append(f"none of {' or '.join(parts)}")
     if is_g_code(result.program.dialect):
         said.append("no feed move with a stopped spindle")
     lacking = _missing_inputs(result)
     told = ", ".join(said)
     return f"{told[0].upper()}{told[1:]}." + (f" Not checked: {'; '.join(lacking)}." if lacking else "")
-
-
-def _contact_limits(result: RunResult) -> list[str]:
-    chord = result.job.keys.accuracy.chord_mm
-    lines = [
-        "Rapids do not cut: their contact with the stock is a warning, and so is that of a shank or holder that is "
-        f"given. Contacts shallower than about {4 * chord:g} mm (four chords) may go unseen, of a tool that leans or "
-        f"turns {4 * max(chord, TURNING_CHORD_MM):g} mm."
-    ]
-    return [*lines, *(f"{text[0].upper()}{text[1:]}." for text in _missing_inputs(result))]
 
 
 def _contact_known(blocks: pl.DataFrame) -> list[str]:
@@ -161,27 +143,25 @@ def _contact_known(blocks: pl.DataFrame) -> list[str]:
     return lines
 
 
-def _contact_empty(blocks: pl.DataFrame) -> list[str]:
-    """Names the columns of contact that nothing is known of."""
-    empty = [name for name in CONTACT if not blocks[name].count()]
-    if len(empty) == len(CONTACT):
-        return ["Contact, chips, forces and power are not computed: their columns are empty."]
-    return [f"Not computed, so empty in the table: {', '.join(empty)}."] if empty else []
-
-
 def unknown(result: RunResult) -> list[str]:
     """Sentences about what nobody has checked."""
-    lines = [
-        *_contact_empty(result.blocks),
-        *_contact_limits(result),
+    chord, lines = result.job.keys.accuracy.chord_mm, []
+    if not result.summary["brep"]["asked"]:
+        lines.append(
+            "The B-rep engine has not checked these volumes: columns removed_brep_mm3 and brep_status are empty."
+        )
+    blocks = result.blocks
+    if len(empty := [name for name in CONTACT if not blocks[name].count()]) == len(CONTACT):
+        lines.append("Contact, chips, forces and power are not computed: their columns are empty.")
+    elif empty:
+        lines.append(f"Not computed, so empty in the table: {', '.join(empty)}.")
+    lines += [
+        "Rapids do not cut: their contact with the stock is a warning, and so is that of a shank or holder that is "
+        f"given. Contacts shallower than about {4 * chord:g} mm (four chords) may go unseen, of a tool that leans or "
+        f"turns {4 * max(chord, TURNING_CHORD_MM):g} mm.",
+        *(f"{text[0].upper()}{text[1:]}." for text in _missing_inputs(result)),
         "Tool, machine and stock are rigid; the tool turns without run-out or wear.",
     ]
-    if not result.summary["brep"]["asked"]:
-        lines.insert(
-            0,
-            "The B-rep engine has not checked these volumes: "
-            "columns removed_brep_mm3 and brep_status are empty.",
-        )
     if result.job.keys.machine.max_acceleration_mm_s2 is None:
         lines.append("Times are length over feed: no acceleration limit was given.")
     if result.job.keys.machine.rapid_mm_min is None:

@@ -1,10 +1,9 @@
 """Figures for papers, drawn from the directory of a command: vector graphics with embedded fonts, axes with units.
 
 1. `source.py` reads a result directory: its tables, the comparison of strategies, the finished stock.
-2. `kinds.py` draws the kinds as matplotlib figures, `chips.py` the chips that `engage --chips` found,
-   `section.py` the workpiece where they end, `forces.py` measured forces and coefficients, `deviation.py` places off the design.
-3. `body.py` draws a surface, a swept volume or its regions; `depth.py` looks at triangles along a direction: what is seen
-   in every pixel, and how far away it is.
+2. `kinds.py` draws the kinds as matplotlib figures, `chips.py` the chips that `engage --chips` found, `tables.py` the workpiece
+   where they end, measured forces and coefficients, and places off the design.
+3. `body.py` looks at triangles along a direction, and draws a surface, a swept volume or its regions.
 4. `style.py` holds sizes, colours and fonts, and writes files.
 
 | kind | shows |
@@ -24,12 +23,18 @@ The room computes nothing new. Same directory, same bytes: files carry no date a
 
 from vmachining.report.paper.body import TIMES, draw_regions, draw_surface, draw_sweep
 from vmachining.report.paper.chips import ChipTable, draw_chips
-from vmachining.report.paper.deviation import draw_deviation, load_deviation
-from vmachining.report.paper.forces import draw_coefficients, draw_trace, load_trace
 from vmachining.report.paper.kinds import KINDS, OVER, draw, draw_result
-from vmachining.report.paper.section import draw_section, load_section
 from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import FORMATS, is_picture, write_figure, write_figures
+from vmachining.report.paper.tables import (
+    draw_coefficients,
+    draw_deviation,
+    draw_section,
+    draw_trace,
+    load_deviation,
+    load_section,
+    load_trace,
+)
 
 __all__ = [
     "FORMATS", "KINDS", "OVER", "TIMES", "ChipTable", "Results", "draw", "draw_chips", "draw_coefficients", "draw_deviation",

@@ -11,6 +11,7 @@ import polars as pl
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
+from vmachining.report.paper.source import stored
 from vmachining.report.paper.style import BLUE, ORANGE, WIDTH_MM, canvas, look, shades
 
 if TYPE_CHECKING:
@@ -67,15 +68,14 @@ class ChipTable:
     @classmethod
     def load(cls, folder: Path) -> ChipTable:
         """Raises InputError where `engage --chips` has not written, found nothing, or was of an earlier version."""
-        files = folder / "chips.parquet", folder / "chip_points.parquet"
-        if not all(file.is_file() for file in files):
-            raise InputError("no chips in this directory", file=folder, remedy="run engage --chips --out")
-        table, points = (pl.read_parquet(file) for file in files)
+        table, points = (
+            stored(folder, f"{name}.parquet", "no chips in this directory", "run engage --chips --out")
+            for name in ("chips", "chip_points")
+        )
         if "path_mm" not in table.columns or not set(POINT) <= set(points.columns):
+            remedy = "run engage --chips again"
             raise InputError(
-                "the chips in this directory are of an earlier version",
-                file=folder,
-                remedy="run engage --chips again",
+                "the chips in this directory are of an earlier version", file=folder, remedy=remedy
             )
         return cls.of(table, points)
 
@@ -166,13 +166,8 @@ def _chips(d: ChipTable, width_mm: float) -> Figure:
         shapes.plot(d.angle, d.length[k], color=colour, label=f"{d.time[k]:.3g} s")
         along.plot(d.time[k], d.length[k].max(), "o", color=colour, ms=4, zorder=3)
     ahead = ", 90 straight ahead" if d.fed else ""
-    shapes.set(
-        xlabel=axis + ahead,
-        ylabel="cut length (mm)",
-        xlim=(0, 360),
-        xticks=range(0, 361, 90),
-        ylim=(0.0, None),
-    )
+    shapes.set(xlabel=axis + ahead, ylabel="cut length (mm)", xlim=(0, 360), xticks=range(0, 361, 90))
+    shapes.set_ylim(bottom=0.0)
     shapes.legend(fontsize=6.5)
     mesh = area.pcolormesh(
         d.time, d.angle, d.area.T, cmap="viridis", vmin=0.0, shading="nearest", rasterized=True
@@ -207,7 +202,8 @@ def _pass(d: ChipTable, figure: Any, most: float, angle: str) -> None:
     _fill(over, colour, body, aspect=(1.1, 1.5, 0.7))
     over.view_init(elev=32.0, azim=-68.0)
     over.set(title="the same over angle, path and edge", xlabel=angle, ylabel="path (mm)", zlabel="edge (mm)")
-    figure.colorbar(colour, ax=[space, over], label=f"chip thickness ({_unit(d)})", shrink=0.7, pad=0.06)
+    unit = "mm" if d.scaled else "mm per mm a tooth"
+    figure.colorbar(colour, ax=[space, over], label=f"chip thickness ({unit})", shrink=0.7, pad=0.06)
 
 
 def _largest(d: ChipTable, figure: Any, most: float) -> None:
@@ -233,10 +229,6 @@ def _thickness(most: float) -> Any:
     return ScalarMappable(Normalize(0.0, most), "viridis")
 
 
-def _unit(d: ChipTable) -> str:
-    return "mm" if d.scaled else "mm per mm a tooth"
-
-
 def _fill(
     axes: Any,
     colour: Any,
@@ -255,7 +247,7 @@ def _fill(
     low, wide = (points.min(axis=0), np.ptp(points, axis=0)) if len(points) else (np.zeros(3), np.ones(3))
     wide = np.maximum(wide, 1e-3)
     axes.set(
-        xlim=(low[0], low[0] + wide[0]), ylim=(low[1], low[1] + wide[1]), zlim=(low[2], low[2] + wide[2])
+        **{f"{name}lim": ends for name, ends in zip("xyz", zip(low, low + wide, strict=True), strict=True)}
     )
     # a long pass is drawn shorter than it is
     axes.set_box_aspect(aspect or np.maximum(wide, wide.max() / 3.0), zoom=0.9)

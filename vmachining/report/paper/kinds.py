@@ -11,8 +11,8 @@ import polars as pl
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
 from vmachining.report.numbers import floats
-from vmachining.report.paper.depth import SEEN_PX, nearest_faces, viewed
-from vmachining.report.paper.source import Results
+from vmachining.report.paper.body import SEEN_PX, nearest_faces, viewed
+from vmachining.report.paper.source import Results, stored
 from vmachining.report.paper.style import (
     BLUE,
     GREEN,
@@ -149,12 +149,8 @@ def bracket(results: Results, over: str, width_mm: float) -> Figure:
 
 def logged(results: Results, over: str, width_mm: float) -> Figure:
     """A log joined with the run: feed as programmed, reachable and logged, removal rate, power, and the load of the spindle."""
-    path = results.folder / "logged.parquet"
-    if not path.is_file():
-        raise InputError(
-            "no log was joined", file=results.folder, remedy="`vmachining times join LOG --results DIR`"
-        )
-    rows = pl.read_parquet(path)
+    remedy = "`vmachining times join LOG --results DIR`"
+    rows = stored(results.folder, "logged.parquet", "no log was joined", remedy)
     logs = rows["log"].unique(maintain_order=True).to_list()
     rows = rows.filter(pl.col("log") == logs[0])
     spent = rows["logged_s"].to_numpy().clip(min=0.0)
@@ -253,28 +249,18 @@ def schedule(results: Results, over: str, width_mm: float) -> Figure:
     bars = time.bar(place, floats(table, "time_s"), color=colours, width=0.7)
     time.bar_label(bars, fmt="%.1f", fontsize=7, padding=1)
     time.set(ylabel="time at feed (s)", xticks=[])
-    loads = [
-        (key, label)
-        for key, label in (
-            ("volume", "volume\nrate"),
-            ("chip_area", "chip\narea"),
-            ("force", _force_label(table)),
-        )
-        if table[f"{key}_peak"].null_count() < len(table)
-    ]
+    units = dict(zip(table["strategy"].to_list(), table["unit"].to_list(), strict=True))
+    force = UNIT_LOADS.get(units.get("force") or "N", "force")
+    labels = (("volume", "volume\nrate"), ("chip_area", "chip\narea"), ("force", force))
+    loads = [row for row in labels if table[f"{row[0]}_peak"].null_count() < len(table)]
     at = np.arange(len(loads))
     wide = 0.8 / len(names)
     for k, (name, colour) in enumerate(zip(names, colours, strict=True)):
         shift = (k - 0.5 * (len(names) - 1)) * wide
         tops = [floats(table, f"{key}_peak") for key, _ in loads]
         peak.bar(at + shift, [top[k] / top[0] if top[0] > 0 else np.nan for top in tops], wide, color=colour)
-        spread.bar(
-            at + shift,
-            [floats(table, f"{key}_spread")[k] for key, _ in loads],
-            wide,
-            color=colour,
-            label=name,
-        )
+        spreads = [floats(table, f"{key}_spread")[k] for key, _ in loads]
+        spread.bar(at + shift, spreads, wide, color=colour, label=name)
     peak.axhline(1.0, color="#111827", lw=0.6, zorder=0)
     peak.set(ylabel="peak / peak as programmed (–)", xticks=at)
     spread.set(ylabel="standard deviation / mean (–)", xticks=at)
@@ -284,12 +270,6 @@ def schedule(results: Results, over: str, width_mm: float) -> Figure:
         axes.grid(visible=False, axis="x")
     figure.legend(*spread.get_legend_handles_labels(), loc="outside lower center", ncols=len(names))
     return figure
-
-
-def _force_label(table: pl.DataFrame) -> str:
-    """The load of the force strategy by its unit."""
-    units = dict(zip(table["strategy"].to_list(), table["unit"].to_list(), strict=True))
-    return {"N mm": "torque", "W": "power", "mm": "deflection"}.get(units.get("force") or "N", "force")
 
 
 LOAD = (
@@ -330,7 +310,12 @@ def program(results: Results, over: str, width_mm: float) -> Figure:
     figure = canvas(width_mm, 3.6 * count + 20.0)
     grid = figure.subplots(1, 4, width_ratios=(1.25, 1.0, 1.25, 1.0))
     for text, axes, (name, rows, colour) in zip(grid[::2], grid[1::2], sides, strict=True):
-        _listing(text, rows, count)
+        for k, (line, words) in enumerate(rows.select("line", "text").iter_rows()):
+            said = " ".join(str(words).split())
+            said = said if len(said) <= WORDS else f"{said[: WORDS - 1]}…"
+            text.text(0.0, k, f"{line:>6}  {said}", va="center", family="DejaVu Sans Mono", fontsize=5.0)
+        text.set(ylim=(count - 0.4, -0.6), xlim=(0.0, 1.0))
+        text.set_axis_off()
         axes.barh(np.arange(len(rows)), rows[load].fill_null(0.0).to_numpy(), color=colour, height=0.75)
         axes.set(ylim=(count - 0.4, -0.6), xlim=(0.0, 1.05 * most or 1.0), yticks=[], xlabel=label)
         axes.grid(visible=False, axis="y")
@@ -353,23 +338,9 @@ SAME_MM = 1e-3
 """Programs are written with three decimals at least."""
 
 
-def _listing(axes: Axes, rows: pl.DataFrame, count: int) -> None:
-    """Numbers and text of the lines."""
-    for k, (line, text) in enumerate(rows.select("line", "text").iter_rows()):
-        words = " ".join(str(text).split())
-        words = words if len(words) <= WORDS else f"{words[: WORDS - 1]}…"
-        axes.text(0.0, k, f"{line:>6}  {words}", va="center", family="DejaVu Sans Mono", fontsize=5.0)
-    axes.set(ylim=(count - 0.4, -0.6), xlim=(0.0, 1.0))
-    axes.set_axis_off()
-
-
 UNIT_LOADS = {
-    "mm³/min": "volume rate",
-    "mm²": "chip area",
-    "N mm": "torque",
-    "W": "power",
-    "mm": "deflection",
-}
+    "mm³/min": "volume rate", "mm²": "chip area", "N mm": "torque", "W": "power", "mm": "deflection",
+}  # fmt: skip
 """Loads by their unit; force where it is another one."""
 
 
@@ -378,13 +349,10 @@ def draw_references(results: Results, over: str, width_mm: float = WIDTH_MM) -> 
 
     Raises InputError: The job names no references.
     """
-    file = results.folder / "references.csv"
-    if not file.is_file():
-        raise InputError(
-            "no schedules by other references", file=results.folder,
-            remedy="name `references` under [feed] and run the job",
-        )  # fmt: skip
-    table = pl.read_csv(file, schema_overrides={"reference": pl.Float64}, infer_schema_length=None)
+    lacks, remedy = "no schedules by other references", "name `references` under [feed] and run the job"
+    table = stored(results.folder, "references.csv", lacks, remedy).with_columns(
+        pl.col("reference").cast(pl.Float64)
+    )
     unit = str(table["unit"][0])
     runs = table.partition_by("reference", "written", maintain_order=True)
     before = float(runs[0]["time_s"].sum())
@@ -405,10 +373,8 @@ def draw_references(results: Results, over: str, width_mm: float = WIDTH_MM) -> 
                 values = floats(rows, column)
                 axes.stairs(values, edges, baseline=None, color=colour, label=name)
         feed.set_ylabel("feed (mm/min)")
-        load.set(
-            ylabel=f"{UNIT_LOADS.get(unit, 'force')}\n({unit})",
-            xlabel="time at feed (s)" if over == "time" else "block",
-        )
+        across = "time at feed (s)" if over == "time" else "block"
+        load.set(ylabel=f"{UNIT_LOADS.get(unit, 'force')}\n({unit})", xlabel=across)
         after = [rows for rows in runs if rows["reference"][0] is not None]
         goals = np.array([rows["reference"][0] for rows in after])
         seconds = np.array([rows["time_s"].sum() for rows in after])
@@ -417,14 +383,8 @@ def draw_references(results: Results, over: str, width_mm: float = WIDTH_MM) -> 
         spent.axhline(before, color=GREY, lw=0.8, ls=":")
         spent.set(xlabel=f"reference ({unit})", ylabel="time at feed (s)")
         saved = spent.twinx()
-        saved.plot(
-            goals[order],
-            100.0 * (1.0 - seconds[order] / before),
-            "s--",
-            ms=3,
-            color=colours[-1],
-            label="time saved",
-        )
+        gain = 100.0 * (1.0 - seconds[order] / before)
+        saved.plot(goals[order], gain, "s--", ms=3, color=colours[-1], label="time saved")
         saved.set_ylabel("time saved (%)")
         saved.spines["right"].set_visible(True)
         saved.grid(visible=False)
@@ -452,11 +412,8 @@ def draw(results: Results, kind: str, *, over: str | None = None, width_mm: floa
     Raises InputError: The directory lacks what the kind shows, or matplotlib is not installed.
     """
     if over is None:
-        over = (
-            "block"
-            if kind in ("bracket", "references") or not (results.blocks["time_s"].sum() or 0.0) > 0.0
-            else "time"
-        )
+        timed = kind not in ("bracket", "references") and (results.blocks["time_s"].sum() or 0.0) > 0.0
+        over = "time" if timed else "block"
     with look():
         return KINDS[kind](results, over, width_mm)
 

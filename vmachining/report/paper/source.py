@@ -10,13 +10,20 @@ import polars as pl
 
 from vmachining.arrays import Floats, Ints
 from vmachining.errors import InputError
-from vmachining.job.files import read_manifest
+from vmachining.job.files import read_manifest, read_table
 from vmachining.stock import read_mesh
 from vmachining.textfile import parse_json
 
 if TYPE_CHECKING:
     from vmachining.engines.protocol import StockSurface
     from vmachining.job import RunResult
+
+
+def stored(folder: Path, name: str, lacks: str, remedy: str) -> pl.DataFrame:
+    """A table of a directory. InputError with these words: it is not there."""
+    if not (folder / name).is_file():
+        raise InputError(lacks, file=folder, remedy=remedy)
+    return read_table(folder / name)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,29 +55,18 @@ class Results:
         Raises InputError: It is no such directory, or the run in it has not ended.
         """
         folder = Path(folder)
-        manifest = read_manifest(folder)
-        table = folder / "blocks.parquet"
+        manifest, table = read_manifest(folder), folder / "blocks.parquet"
         if manifest is None or not table.is_file():
-            raise InputError(
-                "no result directory of `vmachining run`",
-                file=folder,
-                remedy="give what run had as --out",
-            )
+            remedy = "give what run had as --out"
+            raise InputError("no result directory of `vmachining run`", file=folder, remedy=remedy)
         if not manifest.get("complete", False):
-            raise InputError(
-                "the run in this directory has not ended",
-                file=folder,
-                remedy="continue with run --resume",
-            )
-        scheduled, strategies = folder / "scheduled_blocks.parquet", folder / "strategies.csv"
-        return cls(
-            str(manifest.get("job", folder.name)),
-            folder,
-            pl.read_parquet(table),
-            pl.read_parquet(scheduled) if scheduled.is_file() else None,
-            pl.read_csv(strategies, infer_schema_length=None) if strategies.is_file() else None,
-            parse_json((folder / "summary.json").read_text(encoding="utf-8")),
-        )
+            remedy = "continue with run --resume"
+            raise InputError("the run in this directory has not ended", file=folder, remedy=remedy)
+        files = (folder / name for name in ("scheduled_blocks.parquet", "strategies.csv"))
+        scheduled, strategies = (read_table(file) if file.is_file() else None for file in files)
+        summary = parse_json((folder / "summary.json").read_text(encoding="utf-8"))
+        name = str(manifest.get("job", folder.name))
+        return cls(name, folder, read_table(table), scheduled, strategies, summary)
 
     def stock(self) -> tuple[Floats, Ints]:
         """Vertices (n, 3) mm and triangles (m, 3) of the finished stock.
