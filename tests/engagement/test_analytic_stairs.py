@@ -242,7 +242,7 @@ def test_a_negative_lead_has_an_upper_limit_behind_and_its_disc_in_contact():
     )
 
 
-def test_stock_from_vectors_and_its_part():
+def test_stock_from_vectors():
     x, y = np.meshgrid(np.arange(4.0), np.arange(0, 3, 1.5), indexing="ij")
     z = x + 10 * y
     points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])[np.random.default_rng(3).permutation(8)]
@@ -251,15 +251,6 @@ def test_stock_from_vectors_and_its_part():
         [-0.75, 0.75, 2.25]
     )
     assert stock.top == pytest.approx(z)
-    part = stock.part((0.6, -9), (1.4, 0.5))
-    assert part.x == pytest.approx([0.5, 1.5]) and part.top.tolist() == [[1.0]]
-    assert stock.part((50, 0), (60, 1)) is None
-    assert stock.contains([(1.2, 0, 1), (1.2, 0, 1.1), (9, 0, 0), (0, 0, -6)]).tolist() == [
-        True,
-        False,
-        False,
-        False,
-    ]
 
 
 def ask(tip=(0, 0, 0), frame=None, phi=(0.0,), velocity=(1, 0, 0)):

@@ -55,21 +55,23 @@ class Comparison:
     reference: str
 
     def __repr__(self) -> str:
-        found = ", ".join(f"{count} {status}" for status, count in self.counts.items() if count)
-        return f"Comparison({self.verdict}: {found})"
+        return f"Comparison({self.verdict}: {self._counted})"
 
     def _repr_html_(self) -> str:
-        lo, _, hi = self.total
+        (lo, _, hi), worst = self.total, self.worst(5)
         facts = [
             ("verdict", self.verdict),
-            ("blocks", ", ".join(f"{count} {status}" for status, count in self.counts.items() if count)),
+            ("blocks", self._counted),
             ("theirs", f"{self.removed_mm3:.9g} mm³"),
-            ("reference", f"between {lo:.9g} and {hi:.9g} mm³"),
-        ]  # fmt: skip
-        worst = self.worst(5)
+        ]
+        facts.append(("reference", f"between {lo:.9g} and {hi:.9g} mm³"))
         return facts_html("Comparison", facts) + (
             table_html(worst.columns, worst.rows()) if len(worst) else ""
         )
+
+    @property
+    def _counted(self) -> str:
+        return ", ".join(f"{count} {status}" for status, count in self.counts.items() if count)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -105,13 +107,9 @@ class Comparison:
         n = self.counts
         judged = n["inside"] + n["low"] + n["high"] + n["missing"] + n["disputed"]
         unit = "blocks" if self.key == "block" else "lines"
-        given = []
-        if self.tolerance_rel:
-            given.append(f"{self.tolerance_rel:g} of the volume")
-        if self.tolerance_mm3:
-            given.append(f"{self.tolerance_mm3:g} mm3")
-        if self.slack_mm3:
-            given.append(f"{self.slack_mm3:.3g} mm3 for the triangles of the stock")
+        given = [f"{self.tolerance_rel:g} of the volume"] if self.tolerance_rel else []
+        given += [f"{self.tolerance_mm3:g} mm3"] if self.tolerance_mm3 else []
+        given += [f"{self.slack_mm3:.3g} mm3 for the triangles of the stock"] if self.slack_mm3 else []
         tail = f", brackets widened by {' + '.join(given)}" if given else ""
         if self.agrees:
             doubt = "" if self.total_inside else "; their sum is not, so something small is wrong throughout"
@@ -146,18 +144,13 @@ def compare(
 ) -> Comparison:
     """Somebody's volumes against the brackets of a reference.
 
-    Parameters
-    ----------
     results : CSV file, table or mapping; see `read_results`.
     reference : folder of `vmachining run` or of `write_pack`, or a `RunResult`.
     tolerance_rel, tolerance_mm3 : every bracket is widened at both ends by the estimate times the one plus
         the other, the one of a line of several blocks by `tolerance_mm3` for each of them. Rounding alone
         can need some: a volume that is the difference of two stocks of V mm^3 is good to some 1e-16 V.
 
-    Raises
-    ------
-    InputError
-        See `read_results` and `read_reference`; a tolerance that is negative or endless; results that repeat
+    Raises InputError: See `read_results` and `read_reference`; a tolerance that is negative or endless; results that repeat
         other lines than those of the reference are of another program.
     """
     for name, value in (("tolerance_rel", tolerance_rel), ("tolerance_mm3", tolerance_mm3)):
@@ -213,10 +206,8 @@ def _join(given: Results, known: Reference, rel: float, mm3: float) -> pl.DataFr
         status = "extra" if abs(value) > mm3 else "idle"
         rows.append((number, None, status, value, None, None, None, None, None, max(abs(value) - mm3, 0.0)))
     number_, text_, real = pl.Int64, pl.String, pl.Float64
-    schema = {
-        key: number_, "text": text_, "status": text_, "removed_mm3": real, "reference_mm3": real, "lo_mm3": real,
-        "hi_mm3": real, "error_mm3": real, "relative_error": real, "outside_mm3": real,
-    }  # fmt: skip
+    schema = {key: number_, "text": text_, "status": text_, "removed_mm3": real, "reference_mm3": real}
+    schema |= dict.fromkeys(("lo_mm3", "hi_mm3", "error_mm3", "relative_error", "outside_mm3"), real)
     return pl.DataFrame(rows, schema=schema, orient="row")
 
 
@@ -252,19 +243,14 @@ class SetComparison:
 
     def table(self) -> pl.DataFrame:
         """One row per case: name, blocks judged, inside, low, high, missing, extra, disputed, the error of the sum, agrees."""
-        rows = []
+        rows, kinds = [], ("inside", "low", "high", "missing", "extra", "disputed")
         for name, found in self.cases.items():
-            n = found.counts
-            total = found.total[1]
-            rows.append(
-                {
-                    CASE: name, "judged": sum(n[word] for word in ("inside", "low", "high", "missing", "disputed")),
-                    **{word: n[word] for word in ("inside", "low", "high", "missing", "extra", "disputed")},
-                    "outside_mm3": found.outside_mm3,
-                    "error_of_the_sum": (found.removed_mm3 - total) / total if total else None,
-                    "agrees": found.agrees,
-                }
-            )  # fmt: skip
+            n, total = found.counts, found.total[1]
+            rows.append({
+                CASE: name, "judged": sum(n[kind] for kind in kinds if kind != "extra"), **{kind: n[kind] for kind in kinds},
+                "outside_mm3": found.outside_mm3, "error_of_the_sum": (found.removed_mm3 - total) / total if total else None,
+                "agrees": found.agrees,
+            })  # fmt: skip
         return pl.DataFrame(rows)
 
     def to_dict(self) -> dict[str, Any]:
@@ -299,21 +285,16 @@ def compare_set(
         for name, table in _tables_by_case(results, tuple(known))
     }
     if not found:
-        raise InputError(
-            "no results of any case",
-            file=results,
-            remedy=f"give {next(iter(known))}.csv in it, and so on",
-        )
+        remedy = f"give {next(iter(known))}.csv in it, and so on"
+        raise InputError("no results of any case", file=results, remedy=remedy)
     return SetComparison(found, tuple(name for name in known if name not in found), str(reference))
 
 
 def _tables_by_case(results: Path, known: Sequence[str]) -> Iterator[tuple[str, Any]]:
     if results.is_dir():
         for name in known:
-            for path in (results / f"{name}.csv", results / name / "blocks.csv"):
-                if path.is_file():
-                    yield name, path
-                    break
+            paths = results / f"{name}.csv", results / name / "blocks.csv"
+            yield from ((name, path) for path in [path for path in paths if path.is_file()][:1])
         return
     line, names, rows = csv_table(results)
     if CASE not in names:
@@ -325,9 +306,8 @@ def _tables_by_case(results: Path, known: Sequence[str]) -> Iterator[tuple[str, 
     tables: dict[str, list[list[str]]] = {}
     for number, row in rows:
         if row[at] not in known:
-            raise InputError(
-                f"the set has no case {row[at]!r}", file=results, line=number, remedy=f"one of {', '.join(known)}"
-            )  # fmt: skip
+            what, remedy = f"the set has no case {row[at]!r}", f"one of {', '.join(known)}"
+            raise InputError(what, file=results, line=number, remedy=remedy)
         tables.setdefault(row[at], []).append(row)
     for name, lines in tables.items():
         yield name, {key: [line[k] for line in lines] for k, key in enumerate(names) if key != CASE}

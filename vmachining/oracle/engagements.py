@@ -138,11 +138,9 @@ def compare_engagement(
         error = _difference(theirs, ours)
         status = "inside" if error <= tolerance_mm else "outside"
         rows.append((*place, status, error, math.fsum(b - a for a, b in theirs), length))
-    schema = {
-        "block": pl.Int64, "at": pl.Float64, "phi_deg": pl.Float64, "status": pl.String,
-        "error_mm": pl.Float64, "length_mm": pl.Float64, "reference_mm": pl.Float64,
-    }  # fmt: skip
-    table = pl.DataFrame(rows, schema=schema, orient="row")
+    reals = ("error_mm", "length_mm", "reference_mm")
+    schema = {"block": pl.Int64, "at": pl.Float64, "phi_deg": pl.Float64, "status": pl.String}
+    table = pl.DataFrame(rows, schema=schema | dict.fromkeys(reals, pl.Float64), orient="row")
     return EngagementComparison(table, len(left), tolerance_mm, name, source)
 
 
@@ -162,20 +160,16 @@ def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[
         return _gathered(Table.read(reference, _chosen)), "table"
     folder = Path(reference)
     if not folder.is_dir():
-        raise InputError(
-            "not a directory" if folder.exists() else "no such directory", file=folder, remedy=NO_TABLE
-        )
-    path = next(
-        (folder / f"engagement.{s}" for s in ("parquet", "csv") if (folder / f"engagement.{s}").is_file()),
-        None,
-    )
+        what = "not a directory" if folder.exists() else "no such directory"
+        raise InputError(what, file=folder, remedy=NO_TABLE)
+    paths = [folder / "engagement.parquet", folder / "engagement.csv"]
+    path = next((path for path in paths if path.is_file()), None)
     if path is None:
         raise InputError("no table of engagement in it", file=folder, remedy=NO_TABLE)
     files = (read_manifest(folder) or {}).get("files")
     if isinstance(files, dict) and files.get(path.name, "") != sha256(path):
-        raise InputError(
-            "differs from the file that the pack was made with", file=path, remedy="fetch the pack again"
-        )
+        what = "differs from the file that the pack was made with"
+        raise InputError(what, file=path, remedy="fetch the pack again")
     if path.suffix == ".csv":
         return _gathered(Table.read(path, _chosen)), str(folder)
     try:
@@ -200,9 +194,8 @@ def _intervals_of(
         return _gathered(table, nameless=nameless), table.source
     several = next((block for block, ats in instants.items() if len(ats) > 1), None)
     if several is not None:
-        raise InputError(
-            f"the reference has several instants of block {several}", file=table.source, remedy=WANTED
-        )
+        what = f"the reference has several instants of block {several}"
+        raise InputError(what, file=table.source, remedy=WANTED)
     only = {block: next(iter(ats)) for block, ats in instants.items()}
     return _gathered(table, only, nameless=nameless), table.source
 
@@ -223,13 +216,9 @@ def _gathered(
     only : the instant of every block, where there is no column of them. nameless : whether a block may be empty.
     """
     used = list(table.columns)
-    rows = len(table.columns["block"])
-    if not rows:
-        raise InputError(
-            "a header and no results",
-            file=table.source,
-            remedy="one row per interval, and one row without ends for an angle without contact",
-        )
+    if not table.columns["block"]:
+        remedy = "one row per interval, and one row without ends for an angle without contact"
+        raise InputError("a header and no results", file=table.source, remedy=remedy)
     out: dict[Place, list[Interval]] = {}
     for row, (block, *cells) in enumerate(zip(*table.columns.values(), strict=True)):
         where = table.where(row)
@@ -255,16 +244,12 @@ def _gathered(
 
 def _joined(intervals: Iterable[Interval]) -> Iterator[Interval]:
     """Overlapping or touching intervals as one."""
-    last: Interval | None = None
+    out: list[Interval] = []
     for a, b in intervals:
-        if last is not None and a <= last[1]:
-            last = (last[0], max(last[1], b))
-            continue
-        if last is not None:
-            yield last
-        last = (a, b)
-    if last is not None:
-        yield last
+        if out and a <= out[-1][1]:
+            a, b = out[-1][0], max(out.pop()[1], b)
+        out.append((a, b))
+    return iter(out)
 
 
 def _cell(place: Place) -> tuple[int, int, int]:
@@ -299,9 +284,7 @@ def _near(
 
 def _difference(one: Sequence[Interval], other: Sequence[Interval]) -> float:
     """Length that lies in one of two unions of intervals only, mm."""
-    both = math.fsum(
-        max(0.0, min(b, d) - max(a, c)) for a, b in one for c, d in other
-    )  # fmt: skip
+    both = math.fsum(max(0.0, min(b, d) - max(a, c)) for a, b in one for c, d in other)
     return max(0.0, math.fsum(b - a for a, b in (*one, *other)) - 2.0 * both)
 
 

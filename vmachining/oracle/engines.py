@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from itertools import combinations
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,7 +14,7 @@ from typing import Any, cast
 import numpy as np
 import polars as pl
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Bools, Floats
 from vmachining.engines import ENGINES, entry_of
 from vmachining.engines.protocol import NOTHING, Batched, Engine, Removal, Request
 from vmachining.errors import InputError, VMachiningError
@@ -51,11 +52,11 @@ class Answers:
     estimate: Floats
     hi: Floats
     seconds: Floats
-    proven: Floats
+    proven: Bools
     refused: str | None = None
 
     @property
-    def has(self) -> Floats:
+    def has(self) -> Bools:
         return np.asarray(~np.isnan(self.estimate))
 
 
@@ -73,22 +74,19 @@ class EngineComparison:
     text: Sequence[str]
     answers: Sequence[Answers]
 
-    def excluded(self, one: Answers, other: Answers) -> list[int]:
-        """Numbers of the blocks at which the intervals of two engines exclude each other."""
-        lo, hi = np.maximum(one.lo, other.lo), np.minimum(one.hi, other.hi)
-        with np.errstate(invalid="ignore"):
-            apart = lo - hi > NEAR * (1.0 + np.abs(hi))
-        return [self.block[k] for k in np.flatnonzero(apart).tolist()]
-
     @property
     def disagreements(self) -> list[dict[str, Any]]:
         """Pairs of engines that exclude each other somewhere: engines, blocks, and whether both are proven there."""
-        row = {number: k for k, number in enumerate(self.block)}
         out = []
         for one, other in combinations(self.answers, 2):
-            if blocks := self.excluded(one, other):
-                at = [row[number] for number in blocks]
-                proven = int((one.proven[at].astype(bool) & other.proven[at].astype(bool)).sum())
+            lo, hi = np.maximum(one.lo, other.lo), np.minimum(one.hi, other.hi)
+            with np.errstate(invalid="ignore"):
+                at = np.flatnonzero(lo - hi > NEAR * (1.0 + np.abs(hi)))
+            if len(at):
+                blocks, proven = (
+                    [self.block[k] for k in at.tolist()],
+                    int((one.proven & other.proven)[at].sum()),
+                )
                 out.append({"engines": [one.engine, other.engine], "blocks": blocks, "proven": proven})
         return out
 
@@ -101,16 +99,13 @@ class EngineComparison:
     def summary(self) -> list[dict[str, Any]]:
         """A row per engine: blocks answered, total, time, width, distance to the narrowest proven answer."""
         truth = self.narrowest()
-        out = []
+        out, disagreements = [], self.disagreements
         for each in self.answers:
             has = each.has
             width, size = (each.hi - each.lo)[has], each.estimate[has]
-            real = size > 0.0
-            known = has & ~np.isnan(truth) & (truth > 0.0)
+            real, known = size > 0.0, has & ~np.isnan(truth) & (truth > 0.0)
             off = np.abs(each.estimate[known] / truth[known] - 1.0)
-            apart = sorted(
-                {b for d in self.disagreements if each.engine in d["engines"] for b in d["blocks"]}
-            )
+            apart = {b for d in disagreements if each.engine in d["engines"] for b in d["blocks"]}
             out.append({
                 "engine": each.engine, "blocks": int(has.sum()), "removed_mm3": float(size.sum()),
                 "seconds": float(each.seconds.sum()),
@@ -125,7 +120,7 @@ class EngineComparison:
         """(n,) mm^3: middle of the intersection of all proven intervals, NaN where none exists."""
         lo, hi = np.full(len(self.block), -np.inf), np.full(len(self.block), np.inf)
         for each in self.answers:
-            bound = each.proven.astype(bool) & each.has
+            bound = each.proven & each.has
             lo[bound], hi[bound] = np.maximum(lo, each.lo)[bound], np.minimum(hi, each.hi)[bound]
         fine = np.isfinite(lo) & np.isfinite(hi) & (lo <= hi)
         return np.where(fine, 0.5 * (np.where(fine, lo, 0.0) + np.where(fine, hi, 0.0)), np.nan)
@@ -138,13 +133,8 @@ class EngineComparison:
             "text": list(self.text),
         }
         for each in self.answers:
-            for name, values in (
-                ("mm3", each.estimate),
-                ("lo_mm3", each.lo),
-                ("hi_mm3", each.hi),
-                ("s", each.seconds),
-            ):
-                columns[f"{each.engine}_{name}"] = pl.Series(values).fill_nan(None)
+            values = {"mm3": each.estimate, "lo_mm3": each.lo, "hi_mm3": each.hi, "s": each.seconds}
+            columns |= {f"{each.engine}_{name}": pl.Series(v).fill_nan(None) for name, v in values.items()}
         return pl.DataFrame(columns)
 
     def to_dict(self) -> dict[str, Any]:
@@ -155,11 +145,8 @@ class EngineComparison:
 
     def _repr_html_(self) -> str:
         facts = [
-            (
-                row["engine"],
-                row["refused"] or f"{row['ms_per_block']:.3g} ms a block, {row['width'] or 0.0:.2g} wide",
-            )
-            for row in self.summary()
+            (r["engine"], r["refused"] or f"{r['ms_per_block']:.3g} ms a block, {r['width'] or 0.0:.2g} wide")
+            for r in self.summary()
         ]
         return facts_html(f"{self.job}: {len(self.block)} blocks", facts)
 
@@ -238,7 +225,7 @@ def compare_engines(
 
 def _nothing(name: str, n: int) -> Answers:
     lo, estimate, hi = np.full((3, n), np.nan)
-    return Answers(name, lo.copy(), estimate.copy(), hi.copy(), np.zeros(n), np.zeros(n))
+    return Answers(name, lo, estimate, hi, np.zeros(n), np.zeros(n, dtype=np.bool_))
 
 
 def _cut(engine: Engine, work: Sequence[tuple[Any, Sequence[Sweep]]]) -> Iterator[tuple[int, Removal, float]]:
@@ -254,11 +241,10 @@ def _cut(engine: Engine, work: Sequence[tuple[Any, Sequence[Sweep]]]) -> Iterato
             answers = [engine.cut(order.sweep, order.block) for order in orders]
         seconds = (process_time() - begin) / len(part)
         for k, (block, _) in enumerate(part, first):
-            removal = NOTHING
-            for order, answer in zip(orders, answers, strict=True):
-                if order.block == block.number:
-                    removal = removal.plus(answer)
-            yield k, removal, seconds
+            own = (
+                answer for order, answer in zip(orders, answers, strict=True) if order.block == block.number
+            )
+            yield k, reduce(Removal.plus, own, NOTHING), seconds
 
 
 def _warmed(engine: Engine, blocks: Sequence[Sequence[Sweep]]) -> None:
@@ -302,11 +288,8 @@ def _by_brep(
     row = {number: k for k, number in enumerate(numbers)}
     for block, value, miss in rows.iter_rows():
         if value is not None and (k := row.get(block)) is not None:
-            out.lo[k], out.estimate[k], out.hi[k] = (
-                max(0.0, value - (miss or 0.0)),
-                value,
-                value + (miss or 0.0),
-            )
+            off = miss or 0.0
+            out.lo[k], out.estimate[k], out.hi[k] = max(0.0, value - off), value, value + off
     for block, spent in times.iter_rows():
         out.seconds[row[block]] = spent
     return out

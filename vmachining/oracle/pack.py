@@ -95,8 +95,6 @@ def write_pack(
 ) -> RunResult:
     """Run a job and lay everything down that somebody needs who checks an engine against it.
 
-    Parameters
-    ----------
     job : a job, or its file. A [feed] section is kept in the copy and not acted upon.
     folder : a new or empty directory, or an earlier pack, which is replaced; files in it that were changed or added
         since are refused where the new pack has a file of that name with other bytes, and stay where it has none.
@@ -111,20 +109,16 @@ def write_pack(
     workers : processes that cut; more than one changes last digits.
     among_inputs : the directory may also hold the job and its inputs, and nothing else, without being a pack yet.
 
-    Raises
-    ------
-    InputError
-        The job cannot be run, or was not read from a file; the directory holds something else; two inputs
+    Raises InputError: The job cannot be run, or was not read from a file; the directory holds something else; two inputs
         share a name; another process is writing there; a STEP of a stock that has too many triangles for one.
     """
-    job = job if isinstance(job, Job) else Job.load(job)
+    job = Job.of(job)
     folder, formats = Path(folder), tuple(stock)
     if not 0 <= engagement <= MOST_STATIONS:
         raise InputError(f"engagement of {engagement} blocks: expected 0 to {MOST_STATIONS}")
     if engine not in PROVEN:
-        raise InputError(
-            f"engine {engine!r}: a pack needs bounds that are proven", remedy=f"take {', '.join(PROVEN)}"
-        )
+        remedy = f"take {', '.join(PROVEN)}"
+        raise InputError(f"engine {engine!r}: a pack needs bounds that are proven", remedy=remedy)
     if unknown := [name for name in formats if name not in STOCK_FORMATS]:
         raise InputError(f"unknown stock format {unknown[0]!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
     terms = _licence(licence)
@@ -176,12 +170,8 @@ def write_pack(
             same = _same(folder, {name: (made / name).read_bytes() for name in names})
             place.refuse_foreign(job.inputs, same=same)
             place.forget(keep=same)
-            place.manifest = {
-                "kind": KIND,
-                "complete": False,
-                "process": os.getpid(),
-                "files": dict.fromkeys(names),
-            }
+            files = dict.fromkeys(names)
+            place.manifest = {"kind": KIND, "complete": False, "process": os.getpid(), "files": files}
             place.save()
             for name in names:
                 if name not in same:
@@ -239,10 +229,8 @@ def _licence(licence: str) -> str:
     try:
         return Path(licence).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as exc:
-        what = getattr(exc, "strerror", None) or "not a UTF-8 text"
-        raise InputError(
-            f"cannot read the licence: {what}", file=licence, remedy="take cc0, none, or a text file"
-        ) from exc
+        what, remedy = getattr(exc, "strerror", None) or "not a UTF-8 text", "take cc0, none, or a text file"
+        raise InputError(f"cannot read the licence: {what}", file=licence, remedy=remedy) from exc
 
 
 def _same(folder: Path, new: Mapping[str, bytes]) -> set[str]:
@@ -266,10 +254,8 @@ def _refuse_other_files(folder: Path, ours: set[str]) -> None:
     if manifest is None or manifest.get("kind") != KIND:
         raise InputError("holds other files", file=folder, remedy="choose a new directory by --out")
     if not isinstance(manifest.get("files"), dict):
-        raise InputError(
-            "this manifest of a pack lists no files", file=folder / MANIFEST,
-            remedy="choose a new directory by --out",
-        )  # fmt: skip
+        what, remedy = "this manifest of a pack lists no files", "choose a new directory by --out"
+        raise InputError(what, file=folder / MANIFEST, remedy=remedy)
 
 
 def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
@@ -284,11 +270,8 @@ def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
 
     def take(path: Path, role: str, shown: str, section: str, key: str) -> None:
         if path.name in taken:
-            raise JobError(
-                f"{shown}: a pack has another file of that name",
-                **job.where(section, key),
-                remedy="rename it",
-            )
+            what = f"{shown}: a pack has another file of that name"
+            raise JobError(what, **job.where(section, key), remedy="rename it")
         taken.add(path.name)
         files[path.name], told[path.name] = path.read_bytes(), role
 
@@ -317,10 +300,11 @@ def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
         rewrite("program", "subroutines", [], ARRAY)  # last: it may take lines away
     copy = "".join(lines)
     if tomllib.loads(copy) != wanted:
-        raise JobError(
-            "the names of its input files cannot be shortened", file=job.source,
-            remedy="put program and stock beside the job file",
-        )  # fmt: skip
+        what, remedy = (
+            "the names of its input files cannot be shortened",
+            "put program and stock beside the job file",
+        )
+        raise JobError(what, file=job.source, remedy=remedy)
     return {"job.toml": copy.encode(), **files}, told
 
 

@@ -72,11 +72,8 @@ def readme(name: str, summary: Mapping[str, Any], asked: str, files: Mapping[str
     columns = "\n".join(f"| `{column}` | {text} |" for column, text in COLUMNS_MEAN.items())
     edge = _edge() if "engagement.csv" in files else ""
     blocks, stated = summary["blocks"], summary["stated_blocks"]
-    sure = (
-        f"{stated} of {blocks} intervals are stated, not proven"
-        if stated
-        else "the ends of every interval are proven bounds"
-    )
+    sure = "the ends of every interval are proven bounds"
+    sure = f"{stated} of {blocks} intervals are stated, not proven" if stated else sure
     notes = "".join(f"\nNote: {text}.\n" for text in summary["notes"])
     return f"""\
 # Reference pack: {name}

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import repeat
 from pathlib import Path
@@ -36,14 +36,12 @@ WANTED = "give a header with block or line, and removed_mm3"
 class Results:
     """Removed volume by key.
 
-    key : "block" or "line". removed_mm3 : {number: mm^3}; rows of one line are summed.
-    rows : how many rows were read. source : file name, or "table".
+    key : "block" or "line". removed_mm3 : {number: mm^3}; rows of one line are summed. source : file name, or "table".
     texts : {number: (place, text)} of a table that repeats the lines of the program.
     """
 
     key: str
     removed_mm3: dict[int, float]
-    rows: int
     source: str
     texts: dict[int, tuple[dict[str, Any], str]] = field(default_factory=dict)
 
@@ -73,22 +71,20 @@ class Table:
             path = Path(given)
             line, names, rows = csv_table(path)
             needed = chosen(names, str(path), line)
-            refuse_twice(names, needed, str(path), line)
-            lines: list[int] = []
-            cells: list[tuple[int, list[str]]] = [(names.index(name), []) for name in needed]
-            for number, row in rows:
-                lines.append(number)
-                for at, column in cells:
-                    column.append(row[at])
-            return cls({names[at]: column for at, column in cells}, str(path), lines)
+            if twice := [name for name in needed if names.count(name) > 1]:
+                raise InputError(
+                    f"column {twice[0]} twice", file=path, line=line, remedy="rename one of them"
+                )
+            numbered = list(rows)
+            columns = {name: [row[names.index(name)] for _, row in numbered] for name in needed}
+            return cls(columns, str(path), [number for number, _ in numbered])
         held = given if isinstance(given, Mapping) else given.to_dict()
         columns = {name: list(held[name]) for name in chosen(list(held), source, None)}
         first, *others = columns
         for name in others:
             if len(columns[name]) != len(columns[first]):
-                raise InputError(
-                    f"{source}: {len(columns[first])} values of {first}, {len(columns[name])} of {name}"
-                )
+                sizes = f"{len(columns[first])} values of {first}, {len(columns[name])} of {name}"
+                raise InputError(f"{source}: {sizes}")
         return cls(columns, source)
 
     def where(self, row: int) -> dict[str, Any]:
@@ -112,11 +108,19 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
 
 
 def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """(line, cells) of every line of a CSV file that holds something, the header first.
+    """(line, cells) of every line of a CSV file that holds something, the header first, which says which delimiter it is.
 
     Raises InputError: It cannot be read, or is not a CSV table.
     """
-    yield from _rows(read_text(path, "results", InputError, wrong="results are a CSV table"), path)
+    lines = read_text(path, "results", InputError, wrong="results are a CSV table").splitlines(keepends=True)
+    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    reader = csv.reader(lines, delimiter=max(DELIMITERS, key=first.count))
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row) and not row[0].startswith("#"):
+                yield reader.line_num, row
+    except csv.Error as exc:
+        raise InputError(f"not a CSV table: {exc}", file=path, line=reader.line_num) from exc
 
 
 def csv_table(path: Path) -> tuple[int, list[str], Iterator[tuple[int, list[str]]]]:
@@ -131,29 +135,12 @@ def csv_table(path: Path) -> tuple[int, list[str], Iterator[tuple[int, list[str]
     def even() -> Iterator[tuple[int, list[str]]]:
         for number, row in rows:
             if len(row) != len(names):
-                raise InputError(
-                    f"{len(row)} cells where the header has {len(names)}",
-                    file=path,
-                    line=number,
-                    remedy="a decimal comma needs ; between cells" if len(row) > len(names) else None,
-                )
+                what = f"{len(row)} cells where the header has {len(names)}"
+                remedy = "a decimal comma needs ; between cells" if len(row) > len(names) else None
+                raise InputError(what, file=path, line=number, remedy=remedy)
             yield number, row
 
     return line, names, even()
-
-
-def _rows(text: str, path: Path) -> Iterator[tuple[int, list[str]]]:
-    """(line, cells) of every line that holds something; the header says which delimiter it is."""
-    lines = text.splitlines(keepends=True)
-    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    delimiter = max(DELIMITERS, key=first.count)
-    reader = csv.reader(lines, delimiter=delimiter)
-    try:
-        for row in reader:
-            if any(cell.strip() for cell in row) and not row[0].startswith("#"):
-                yield reader.line_num, row
-    except csv.Error as exc:
-        raise InputError(f"not a CSV table: {exc}", file=path, line=reader.line_num) from exc
 
 
 def _chosen(known: Sequence[str], source: str, line: int | None) -> list[str]:
@@ -169,13 +156,6 @@ def _chosen(known: Sequence[str], source: str, line: int | None) -> list[str]:
     return [key, VOLUME, *([TEXT] if TEXT in known else [])]
 
 
-def refuse_twice(names: Sequence[str], needed: Iterable[str], source: str, line: int | None) -> None:
-    """InputError where a header names a needed column twice."""
-    twice = next((name for name in needed if names.count(name) > 1), None)
-    if twice is not None:
-        raise InputError(f"column {twice} twice", file=source, line=line, remedy="rename one of them")
-
-
 def _gather(table: Table) -> Results:
     key, *_ = table.columns
     parts: dict[int, list[float]] = {}
@@ -186,24 +166,21 @@ def _gather(table: Table) -> Results:
         where = table.where(row)
         number, volume = whole(name, key, where), finite(value)
         if volume is None:
-            raise InputError(
-                f"{VOLUME} {value!r} of {key} {number} is not a finite number",
-                **where,
-                remedy="write a number with a decimal point, 0 for a block that removes nothing",
-            )
+            what = f"{VOLUME} {value!r} of {key} {number} is not a finite number"
+            remedy = "write a number with a decimal point, 0 for a block that removes nothing"
+            raise InputError(what, **where, remedy=remedy)
         if abs(volume) > LARGEST:
             raise InputError(f"{VOLUME} {value!r} of {key} {number} is beyond {LARGEST:g} mm3", **where)
         if key == "block" and number in parts:
-            raise InputError(
-                f"block {number} comes twice", **where, remedy="key rows by line if they are to be summed"
-            )
+            remedy = "key rows by line if they are to be summed"
+            raise InputError(f"block {number} comes twice", **where, remedy=remedy)
         parts.setdefault(number, []).append(volume)
         if isinstance(text, str) and text.strip():
             texts.setdefault(number, (where, text))
     if not count:
         raise InputError("a header and no results", file=table.source, remedy="one row per block or line")
     volumes = {number: math.fsum(values) for number, values in parts.items()}
-    return Results(key, volumes, count, table.source, texts)
+    return Results(key, volumes, table.source, texts)
 
 
 def finite(value: Any) -> float | None:
@@ -219,9 +196,8 @@ def whole(value: Any, key: str, where: Mapping[str, Any]) -> int:
     """The number of a block or line that a cell holds; InputError with `where` if it holds none."""
     number = finite(value)
     if number is None or number != math.floor(number):
-        raise InputError(
-            f"{key} {value!r} is not a whole number", **where, remedy="remove rows that have none"
-        )
+        remedy = "remove rows that have none"
+        raise InputError(f"{key} {value!r} is not a whole number", **where, remedy=remedy)
     if not -(2.0**WHOLE_BITS) <= number < 2.0**WHOLE_BITS:
         raise InputError(f"{key} {value!r} is too large for a number of a {key}", **where)
     return int(number)
@@ -239,13 +215,12 @@ class Reference:
     blocks : columns block, line, text, motion, removed_lo_mm3, removed_mm3, removed_hi_mm3, disputed; program order.
     total : (lo, estimate, hi) of the whole program, mm^3, narrower than the sum of the blocks.
     slack_mm3 : what the triangles of a curved STEP stock can do to any one block; 0 otherwise.
-    name, source : of the job; where it was read.
+    source : where it was read.
     """
 
     blocks: pl.DataFrame
     total: tuple[float, float, float]
     slack_mm3: float
-    name: str
     source: str
 
     def by(self, key: str) -> pl.DataFrame:
@@ -264,7 +239,7 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
         of its own, a table that lacks a column or a value.
     """
     if isinstance(reference, RunResult):
-        return _checked(reference.blocks, reference.summary, reference.job.name, "result")
+        return _checked(reference.blocks, reference.summary, "result")
     folder = Path(reference)
     if not folder.is_dir():
         what = "not a directory" if folder.exists() else "no such directory"
@@ -273,26 +248,19 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
     if manifest is None:
         raise InputError(f"no {MANIFEST} in it: not a result", file=folder, remedy=NO_FOLDER)
     if manifest.get("complete") is not True:
-        raise InputError(
-            "the run in this directory is not complete", file=folder, remedy="finish it with --resume"
-        )
+        what = "the run in this directory is not complete"
+        raise InputError(what, file=folder, remedy="finish it with --resume")
+    again = "fetch the pack again, or run the job again"
     files = manifest.get("files", {})
     for name, digest in files.items() if isinstance(files, dict) else ():
         path = folder / name
         if path.is_file() and sha256(path) != digest:
-            raise InputError(
-                "differs from the file that was made here", file=path,
-                remedy="fetch the pack again, or run the job again",
-            )  # fmt: skip
+            raise InputError("differs from the file that was made here", file=path, remedy=again)
     path = folder / "blocks.parquet"
     if not path.is_file():
         path = folder / "blocks.csv"
     if isinstance(files, dict) and files and path.name not in files:
-        raise InputError(
-            "is not a file that was made here",
-            file=path,
-            remedy="fetch the pack again, or run the job again",
-        )
+        raise InputError("is not a file that was made here", file=path, remedy=again)
     try:
         blocks = read_table(path)
     except (OSError, pl.exceptions.PolarsError) as exc:
@@ -301,12 +269,10 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
         summary = parse_json((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as exc:
         raise InputError(f"cannot read: {exc}", file=folder / "summary.json") from exc
-    return _checked(blocks, summary, str(manifest.get("job", folder.name)), str(folder), path)
+    return _checked(blocks, summary, str(folder), path)
 
 
-def _checked(
-    blocks: pl.DataFrame, summary: Any, name: str, source: str, path: Path | None = None
-) -> Reference:
+def _checked(blocks: pl.DataFrame, summary: Any, source: str, path: Path | None = None) -> Reference:
     where: dict[str, Any] = {"file": str(path) if path is not None else source}
     if lacking := [column for column in NEEDED if column not in blocks.columns]:
         raise InputError(f"no column {lacking[0]}", **where, remedy=NO_FOLDER)
@@ -328,4 +294,4 @@ def _checked(
     if empty := [column for column, number in numbers.items() if number is None]:
         raise InputError(f"the summary has no number {empty[0]}", file=source, remedy=NO_FOLDER)
     lowest, middle, highest, slack = (number for number in numbers.values() if number is not None)
-    return Reference(table, (lowest, middle, highest), slack, name, source)
+    return Reference(table, (lowest, middle, highest), slack, source)

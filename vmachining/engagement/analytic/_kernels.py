@@ -203,10 +203,8 @@ def levels(curve, floor, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, star
     else:
         for side in range(2):
             n = crossings(curve.round, p, d, e, floor if side else top, t0, s0, c0, t1, s1, c1, roots, n)
-            if (
-                n == first + 1 and low >= floor and not bent
-            ):  # the top once, as a rule: the lower end is inside
-                known = 0 if a < b else 1
+            if n == first + 1 and low >= floor and not bent:
+                known = 0 if a < b else 1  # the top once, as a rule: the lower end is inside
                 break
         ordered(roots, first, n)
     u = t0
@@ -285,15 +283,15 @@ def facing_line(p, d, t0, t1):
 
 
 @leaf
-def curve_of(piece, tx, ty, tz, ex, ey, ez, wx, wy, wz, rm, r):
+def curve_of(piece, tip, e, w, rm, r):
     """A piece of the edge (0 disc, 1 corner, 2 cylinder) of a tip, a radial direction and an axis."""
+    tx, ty, tz, ex, ey, ez, wx, wy, wz = tip[0], tip[1], tip[2], e[0], e[1], e[2], w[0], w[1], w[2]
     if piece == 0:
         return Curve(0, tx, ex, 0.0, ty, ey, 0.0, tz, ez, 0.0, -rm, 1.0)
-    if piece == 1:
-        x, y, z = tx + rm * ex + r * wx, ty + rm * ey + r * wy, tz + rm * ez + r * wz
-        return Curve(1, x, r * ex, r * wx, y, r * ey, r * wy, z, r * ez, r * wz, 0.0, r)
-    big = rm + r
+    big = rm if piece == 1 else rm + r
     x, y, z = tx + big * ex + r * wx, ty + big * ey + r * wy, tz + big * ez + r * wz
+    if piece == 1:
+        return Curve(1, x, r * ex, r * wx, y, r * ey, r * wy, z, r * ez, r * wz, 0.0, r)
     return Curve(0, x, wx, 0.0, y, wy, 0.0, z, wz, 0.0, r * QUARTER, 1.0)
 
 
@@ -327,15 +325,14 @@ def engaged(moves, sin, cos, rm, r, flute, facing, bottom, idle, stairs, found) 
     """Engaged intervals at every position and rotation angle; sin, cos (1 or n, m) of phi. Row: i * m + j."""
     tip, frame, velocity, rate = moves.tip, moves.frame, moves.velocity, moves.axis_rate
     roots = np.empty((2 * (len(stairs.x) + len(stairs.y)) + 8, 3))
-    n, m = len(tip), sin.shape[1]
-    for i in range(n):
+    m = sin.shape[1]
+    for i in range(len(tip)):
         own = i if len(sin) > 1 else 0
         vx, vy, vz = velocity[i, 0], velocity[i, 1], velocity[i, 2]
         gx, gy, gz = rate[i, 0], rate[i, 1], rate[i, 2]
         m00, m10, m20 = frame[i, 0, 0], frame[i, 1, 0], frame[i, 2, 0]
         m01, m11, m21 = frame[i, 0, 1], frame[i, 1, 1], frame[i, 2, 1]
         wx, wy, wz = frame[i, 0, 2], frame[i, 1, 2], frame[i, 2, 2]
-        tx, ty, tz = tip[i, 0], tip[i, 1], tip[i, 2]
         none = idle * np.sqrt(vx * vx + vy * vy + vz * vz)
         sink = vx * wx + vy * wy + vz * wz
         for j in range(m):
@@ -348,7 +345,7 @@ def engaged(moves, sin, cos, rm, r, flute, facing, bottom, idle, stairs, found) 
                     continue
                 t0, s0, c0, t1, s1, c1 = facing_part(piece, along, sink, swing, rm, r, flute, facing, none)
                 if t1 - t0 > SHORT:
-                    curve = curve_of(piece, tx, ty, tz, ex, ey, ez, wx, wy, wz, rm, r)
+                    curve = curve_of(piece, tip[i], (ex, ey, ez), (wx, wy, wz), rm, r)
                     inside(curve, stairs, t0, s0, c0, t1, s1, c1, roots, found, row, found.many[row])
             blank(found, row)
 
@@ -359,20 +356,7 @@ def clipped(tip, e_r, axis, rm, r, piece, lower, upper, stairs, found) -> None:
     edge that points to e_r[k]; tip and axis are those of all."""
     roots = np.empty((2 * (len(stairs.x) + len(stairs.y)) + 8, 3))
     for k in range(len(piece)):
-        curve = curve_of(
-            piece[k],
-            tip[0],
-            tip[1],
-            tip[2],
-            e_r[k, 0],
-            e_r[k, 1],
-            e_r[k, 2],
-            axis[0],
-            axis[1],
-            axis[2],
-            rm,
-            r,
-        )
+        curve = curve_of(piece[k], tip, e_r[k], axis, rm, r)
         t0, t1 = (lower[k] - curve.origin) / curve.size, (upper[k] - curve.origin) / curve.size
         s0, c0, s1, c1 = 0.0, 1.0, 0.0, 1.0
         if curve.round:

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats, Ints
 from vmachining.engagement import chip
 from vmachining.engagement.analytic.passes import IDLE, Corner, Pass, moving
-from vmachining.engagement.analytic.surface import NormalGrid, Patch, Section, Shape, Surface
+from vmachining.engagement.analytic.surface import STRAIGHT, NormalGrid, Patch, Section, Surface
 from vmachining.engagement.frames import angles_of, feed_angle
 from vmachining.errors import InputError
 
@@ -75,7 +75,7 @@ def section_through(cq: float, cs: float, lean: float, first: Section, second: S
 
     cq, cs : vertical and leaning distance to the surface. tilt : d of the second profile over the point.
     """
-    if first.shape in (Shape.FLAT, Shape.SLOPE):
+    if first.shape in STRAIGHT:
         return second.radius * cs / cq
     big = abs(second.radius)
     convex = second.radius > 0.0
@@ -103,16 +103,19 @@ def staged_length(patch: Patch, point: ArrayLike, theta_a: float, theta_b: float
     c = np.asarray(point, dtype=np.float64)
     cq = float(patch.projection(c))
     if not cq > 0.0:
-        above = f"the surface is {cq:g} mm above the point"
+        above = (
+            f"the surface is {cq:g} mm above the point"
+            if np.isfinite(cq)
+            else "the model has no height over the point"
+        )
         raise InputError(
-            above if np.isfinite(cq) else "the model has no height over the point",
-            remedy="the edge is above the surface there, or another normal v1 fits better",
+            above, remedy="the edge is above the surface there, or another normal v1 fits better"
         )
     sx, sy = patch.along_x, patch.along_y
-    cs = _stage(cq, sx, float(c[0]), theta_b, 1.0)
+    cs = leaned(cq, sx, float(c[0]), theta_b)
     dy = float(sy.tilt(c[1]))
-    if sy.shape in (Shape.FLAT, Shape.SLOPE):
-        return Stages(cq, cs, np.inf, _stage(cs, sy, float(c[1]), -theta_a, cs / cq))
+    if sy.shape in STRAIGHT:
+        return Stages(cq, cs, np.inf, leaned(cs, sy, float(c[1]), -theta_a, cs / cq))
     radius = sy.radius
     if theta_a != 0.0 and theta_b != 0.0:
         radius = section_through(cq, cs, theta_b, sx, sy, dy)
@@ -141,9 +144,8 @@ def staged_lengths(
     Raises InputError: A cutter with a corner (see `station_ends`), another number of patches.
     """
     if corner.r > 0.0:
-        raise InputError(
-            "the stages are those of a flat cutter", remedy="station_ends, or finished for every angle"
-        )
+        remedy = "station_ends, or finished for every angle"
+        raise InputError("the stages are those of a flat cutter", remedy=remedy)
     if patches not in (1, 2, None):
         raise InputError(f"{patches} patches: expected 1, 2 or None for one per angle")
     angles, m = np.atleast_1d(np.asarray(phi, dtype=np.float64)), np.asarray(frame, dtype=np.float64)
@@ -167,10 +169,11 @@ def staged_lengths(
     return out
 
 
-def _stage(distance: float, along: Section, t: float, lean: float, scale: float) -> float:
+def leaned(distance: float, along: Section, t: float, lean: float, scale: float | None = None) -> float:
     """One lean in the plane of a profile; `scale` turns the ascent of a slope into that of the leaning plane (6-42)."""
-    if along.shape in (Shape.FLAT, Shape.SLOPE):
-        return float(slope_length(distance, np.arctan(np.tan(along.ascent) * scale), lean))
+    if along.shape in STRAIGHT:
+        ascent = along.ascent if scale is None else np.arctan(np.tan(along.ascent) * scale)
+        return float(slope_length(distance, ascent, lean))
     return float(circle_length(distance, along.tilt(t), along.radius, lean))
 
 
@@ -229,10 +232,8 @@ def finished(
     """
     moves, angles = moving(tip, frame, phi, velocity, axis_rate)
     where, frames, speed, rate = moves
-    n = len(where)
-    angle = np.broadcast_to(angles, (n, angles.shape[1])).ravel()
-    m = angles.shape[1]
-    row = np.repeat(np.arange(n), m)
+    n, m = len(where), angles.shape[1]
+    angle, row = np.broadcast_to(angles, (n, m)).ravel(), np.repeat(np.arange(n), m)
     c = corner
     top = min(c.flute, 6.0 * c.radius if reach is None else reach)
     bend = c.r * chip.QUARTER
@@ -243,15 +244,12 @@ def finished(
         """(k,) > 0 outside of the material, mm."""
         k = row[who]
         q = chip.edge_points(where[k], frames[k], angle[who], s, c.rm, c.r)
-        aside = np.maximum(
-            np.maximum(x[0] - q[:, 0], q[:, 0] - x[1]), np.maximum(y[0] - q[:, 1], q[:, 1] - y[1])
-        )
-        held = np.clip(q[:, 0], *x), np.clip(q[:, 1], *y)
-        above = q[:, 2] - surface.height(*held)
+        aside = np.max([x[0] - q[:, 0], q[:, 0] - x[1], y[0] - q[:, 1], q[:, 1] - y[1]], axis=0)
+        above = q[:, 2] - surface.height(np.clip(q[:, 0], *x), np.clip(q[:, 1], *y))
         if np.isnan(above).any():
-            bad = int(np.argmax(np.isnan(above)))
+            bad = q[int(np.argmax(np.isnan(above)))]
             raise InputError(
-                f"the surface has no height at x {q[bad, 0]:.4g}, y {q[bad, 1]:.4g} mm",
+                f"the surface has no height at x {bad[0]:.4g}, y {bad[1]:.4g} mm",
                 remedy="the model ends there: take a normal nearer to it, walls, or a smaller reach",
             )
         return np.asarray(np.maximum(above, aside))
@@ -284,9 +282,8 @@ def finished(
     lower, upper = np.full((2, n * m, most), np.nan)
     place = np.arange(len(who)) - np.repeat(np.cumsum(count) - count, count)
     lower[who, place], upper[who, place] = a, b
-    return Pass(
-        corner, where, frames, speed, rate, angles, lower.reshape(n, m, most), upper.reshape(n, m, most)
-    )
+    shape = (n, m, most)
+    return Pass(corner, where, frames, speed, rate, angles, lower.reshape(shape), upper.reshape(shape))
 
 
 def _facing(

@@ -23,17 +23,15 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats
 from vmachining.engagement import chip
-from vmachining.engagement.analytic.finish import circle_length, section_through, slope_length
+from vmachining.engagement.analytic.finish import circle_length, leaned, section_through, slope_length
 from vmachining.engagement.analytic.passes import Corner
 from vmachining.engagement.analytic.planes import corner_plane, cylinder_plane, quarter
-from vmachining.engagement.analytic.surface import Patch, Section, Shape
+from vmachining.engagement.analytic.surface import STRAIGHT, Patch, Section
 from vmachining.engagement.frames import angles_of
 from vmachining.errors import InputError
 
 STATIONS = (0.0, 0.5 * np.pi, np.pi)
 """rad of phi: places A, B and C of the published procedure."""
-
-LINES = (Shape.FLAT, Shape.SLOPE)
 
 
 class EndPlace(Enum):
@@ -114,15 +112,14 @@ def station(patch: Patch, corner: Corner, tip: ArrayLike, frame: ArrayLike, phi:
     if which[1]:
         first, second, lean1, lean2 = patch.along_y, patch.along_x, -theta_a, theta_b
     else:
-        first, second, lean1 = patch.along_x, patch.along_y, theta_b
-        lean2 = theta_a if back else -theta_a
-    k = 1 if which[1] else 0  # coordinate of the first profile
+        first, second, lean1, lean2 = patch.along_x, patch.along_y, theta_b, theta_a if back else -theta_a
+    k = int(which[1])  # coordinate of the first profile
 
     def staged(at: Floats) -> tuple[float, float, float, Section]:
         """Cs, R_i and the outward tilt of the second profile over a point."""
         cq = float(patch.projection(at))
-        cs = _lean(cq, first, float(at[k]), lean1)
-        if second.shape in LINES:
+        cs = leaned(cq, first, float(at[k]), lean1)
+        if second.shape in STRAIGHT:
             g = np.arctan(np.tan(second.ascent) * cs / cq)
             return cs, np.inf, float(-g if back else g), second
         d = float(second.tilt(at[1 - k]))
@@ -138,26 +135,20 @@ def station(patch: Patch, corner: Corner, tip: ArrayLike, frame: ArrayLike, phi:
     place = end_place(*distances)
     if place in (EndPlace.NONE, EndPlace.FOLDED):
         return StationEnd(place, np.nan, np.nan)
+    cs, radius, angle, shape = staged(c if place is EndPlace.CORNER else p)
+    line = shape.shape in STRAIGHT
     if place is EndPlace.CORNER:
-        cs, radius, angle, shape = staged(c)
-        if shape.shape in LINES:
-            lam = float(corner_line(corner.r, cs, angle, lean2))
-        else:
-            lam = float(corner_circle(corner.r, radius, lean2, angle, cs))
-        s = corner.r * lam
+        lam = (
+            corner_line(corner.r, cs, angle, lean2)
+            if line
+            else corner_circle(corner.r, radius, lean2, angle, cs)
+        )
+        s = corner.r * float(lam)
     else:
-        cs, radius, angle, shape = staged(p)
-        line = shape.shape in LINES
         along = slope_length(cs, angle, lean2) if line else circle_length(cs, angle, radius, lean2)
         s = corner.r * chip.QUARTER + float(along)
     z = float(chip.edge_points(tip, m, phi, s, corner.rm, corner.r)[2]) if np.isfinite(s) else np.nan
     return StationEnd(place, s, z)
-
-
-def _lean(distance: float, along: Section, t: float, lean: float) -> float:
-    if along.shape in LINES:
-        return float(slope_length(distance, along.ascent, lean))
-    return float(circle_length(distance, along.tilt(t), along.radius, lean))
 
 
 # -- between the stations --------------------------------------------------------------------------------------

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engagement.analytic.raster._kernels import highest
 from vmachining.engagement.analytic.stairs import HeightStock
 from vmachining.engagement.workpiece import Past
 from vmachining.errors import StockError
-from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
+from vmachining.stock import Stock
 from vmachining.tolerance import LENGTH_EPS_MM
 
 MOST_CELLS = 4_000_000
@@ -22,10 +21,8 @@ def grid(low: Floats, high: Floats, pitch: float) -> tuple[Floats, Floats]:
     """Breaks in x and y between two corners (2,) mm, in equal steps of at most `pitch`."""
     steps = [max(int(np.ceil((b - a) / pitch - 1e-9)), 1) for a, b in zip(low[:2], high[:2], strict=True)]
     if steps[0] * steps[1] > MOST_CELLS:
-        raise StockError(
-            f"a grid of heights of {steps[0]} x {steps[1]} cells",
-            remedy="take a wider pitch, or a smaller region",
-        )
+        what = f"a grid of heights of {steps[0]} x {steps[1]} cells"
+        raise StockError(what, remedy="take a wider pitch, or a smaller region")
     x, y = (np.linspace(low[k], high[k], steps[k] + 1) for k in range(2))
     return x, y
 
@@ -46,24 +43,10 @@ def heights_of(
         return None
     x, y = grid(low, high, pitch)
     at = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
-    top = np.minimum(tops(stock, *at), high[2])
-    return HeightStock(x, y, lowered(top, *at, past), float(low[2]))
-
-
-def tops(stock: Stock, x: Floats, y: Floats) -> Floats:
-    """(n, m) mm, highest point of the stock on vertical lines at x (n,) and y (m,); -inf next to it."""
-    if isinstance(stock, BoxStock):
-        inside = [(v >= stock.lo[k]) & (v <= stock.hi[k]) for k, v in enumerate((x, y))]
-        return np.where(inside[0][:, None] & inside[1], stock.hi[2], -np.inf)
-    if isinstance(stock, CylinderStock):
-        aside = np.hypot(x[:, None] - stock.center[0], y - stock.center[1])
-        return np.where(aside <= stock.radius, stock.z[1], -np.inf)
-    if not isinstance(stock, MeshStock):
-        raise StockError(f"no heights of a {type(stock).__name__}")
-    out = np.full((len(x), len(y)), -np.inf)
-    if out.size:
-        highest(stock.corners, x, y, LENGTH_EPS_MM, out)
-    return out
+    rays = stock.crossings(np.stack(np.meshgrid(*at, indexing="ij"), axis=-1).reshape(-1, 2))
+    met, top = rays.counts > 0, np.full(len(rays.counts), -np.inf)
+    top[met] = np.minimum(rays.leave[np.cumsum(rays.counts)[met] - 1], high[2])
+    return HeightStock(x, y, lowered(top.reshape(len(at[0]), -1), *at, past), float(low[2]))
 
 
 def lowered(top: Floats, x: Floats, y: Floats, past: Sequence[Past]) -> Floats:

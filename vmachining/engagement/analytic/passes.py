@@ -196,33 +196,31 @@ def moving(
 
     Raises InputError: Shapes that do not fit, values that are not finite, a frame that is not a rotation.
     """
+    where, angles = (np.array(value, dtype=np.float64, ndmin=2) for value in (tip, phi))
     rate = 0.0 if axis_rate is None else axis_rate
-    given = {"tip": tip, "frame": frame, "velocity": velocity, "axis_rate": rate}
-    shapes = {"tip": (3,), "frame": (3, 3), "velocity": (3,), "axis_rate": (3,)}
-    where = np.array(tip, dtype=np.float64, ndmin=2)
-    angles = np.array(phi, dtype=np.float64, ndmin=2)
+    given = {
+        "tip": (tip, (3,)),
+        "frame": (frame, (3, 3)),
+        "velocity": (velocity, (3,)),
+        "axis_rate": (rate, (3,)),
+    }
     columns = []
-    for name, value in given.items():
+    for name, (value, shape) in given.items():
         raw = np.asarray(value, dtype=np.float64)
         try:
-            column = np.ascontiguousarray(np.broadcast_to(raw, (len(where), *shapes[name])))
+            columns.append(np.ascontiguousarray(np.broadcast_to(raw, (len(where), *shape))))
         except ValueError as exc:
-            raise InputError(
-                f"{name} of shape {raw.shape} for {len(where)} positions",
-                remedy=f"one row of {shapes[name]}, or one for every position",
-            ) from exc
-        columns.append(column)
+            what, remedy = f"{name} of shape {raw.shape}", f"one row of {shape}, or one for every position"
+            raise InputError(f"{what} for {len(where)} positions", remedy=remedy) from exc
     if angles.ndim != 2 or angles.shape[0] not in (1, len(where)):
-        raise InputError(
-            f"phi of shape {np.shape(phi)} for {len(where)} positions", remedy="(m,), or a row for each"
-        )
+        what = f"phi of shape {np.shape(phi)} for {len(where)} positions"
+        raise InputError(what, remedy="(m,), or a row for each")
     moves = _kernels.Moves(*columns)
     for name, column in (*zip(given, columns, strict=True), ("phi", angles)):
         if not np.isfinite(column).all():
             raise InputError(f"{name}: every value must be finite")
     off = np.abs(np.swapaxes(moves.frame, 1, 2) @ moves.frame - np.eye(3)).max(initial=0.0)
     if off > ROTATION or (np.linalg.det(moves.frame) < 0.0).any():
-        raise InputError(
-            f"a frame is not a rotation: its columns are off by {off:.3g}", remedy="see frames.frame_of"
-        )
+        what = f"a frame is not a rotation: its columns are off by {off:.3g}"
+        raise InputError(what, remedy="see frames.frame_of")
     return moves, angles

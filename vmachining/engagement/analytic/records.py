@@ -86,16 +86,10 @@ class Records:
             with np.errstate(divide="ignore", invalid="ignore"):
                 rate = feed / 60.0 / self.lengths
             if not np.isfinite(rate[i]).all():
-                raise InputError(
-                    "the tip rests between two records, which then have no feed",
-                    remedy="leave out feed_mm_min",
-                )
+                what = "the tip rests between two records, which then have no feed"
+                raise InputError(what, remedy="leave out feed_mm_min")
         place = [v[i] + p * (v[i + 1] - v[i]) for v in (self.theta_a, self.theta_b)]
         turn = [(v[i + 1] - v[i]) * rate[i] for v in (self.theta_a, self.theta_b)]
         travel = self.tip[i + 1] - self.tip[i]
-        return Poses(
-            self.tip[i] + p[:, None] * travel,
-            rotation(*place),
-            travel * rate[i, None],
-            axis_rate_of(*place, *turn),
-        )
+        tip, rates = self.tip[i] + p[:, None] * travel, travel * rate[i, None]
+        return Poses(tip, rotation(*place), rates, axis_rate_of(*place, *turn))

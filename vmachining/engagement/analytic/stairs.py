@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Bools, Floats
+from vmachining.arrays import Floats
 from vmachining.engagement.analytic._kernels import Stairs
 from vmachining.errors import StockError
 from vmachining.tolerance import LENGTH_EPS_MM
@@ -90,30 +90,6 @@ class HeightStock:
             raise StockError("two vertical vectors at one position")
         top.ravel()[flat] = p[:, 2]
         return cls(breaks[0], breaks[1], top, floor)
-
-    def part(self, low: ArrayLike, high: ArrayLike) -> HeightStock | None:
-        """The cells that a box (x, y) from low to high meets; None if none exists."""
-        at = []
-        for breaks, a, b in zip((self.x, self.y), np.asarray(low), np.asarray(high), strict=True):
-            first = max(int(np.searchsorted(breaks, a, side="right")) - 1, 0)
-            last = min(int(np.searchsorted(breaks, b, side="left")), len(breaks) - 1)
-            if last <= first:
-                return None
-            at.append((first, last))
-        (i, k), (j, m) = at
-        return HeightStock(self.x[i : k + 1], self.y[j : m + 1], self.top[i:k, j:m], self.floor)
-
-    def contains(self, points: ArrayLike) -> Bools:
-        """(n,) bool: which points (n, 3) lie in the material, its surface included."""
-        p = np.asarray(points, dtype=np.float64)
-        i, j = (
-            np.clip(np.searchsorted(b, p[:, k], side="right") - 1, 0, len(b) - 2)
-            for k, b in enumerate((self.x, self.y))
-        )
-        held = p[:, 2] >= self.floor - LENGTH_EPS_MM
-        for k, b in enumerate((self.x, self.y)):
-            held &= (p[:, k] >= b[0] - LENGTH_EPS_MM) & (p[:, k] <= b[-1] + LENGTH_EPS_MM)
-        return np.asarray(held & (p[:, 2] <= self.top[i, j] + LENGTH_EPS_MM))
 
     def signed_height(self, points: ArrayLike) -> Floats:
         """(n,) mm above the top of the cell around each point (n, 3); inf outside."""

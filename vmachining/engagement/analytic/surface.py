@@ -38,6 +38,9 @@ class Shape(IntEnum):
     CONCAVE = 3
 
 
+STRAIGHT = (Shape.FLAT, Shape.SLOPE)
+
+
 def section_radius(
     t1: ArrayLike, z1: ArrayLike, mu1: ArrayLike, t2: ArrayLike, z2: ArrayLike, mu2: ArrayLike
 ) -> Floats:
@@ -78,7 +81,7 @@ class Section(NamedTuple):
     def rise(self, t: ArrayLike) -> Floats:
         """(...,) mm, g: height at t over that at the normal (6-4 to 6-7)."""
         run = np.asarray(t, dtype=np.float64) - self.at
-        if self.shape in (Shape.FLAT, Shape.SLOPE):
+        if self.shape in STRAIGHT:
             return np.asarray(-run * np.tan(self.mu))
         s = self.sine(t)
         cos = np.sqrt(np.where(np.abs(s) <= 1.0, (1.0 - s) * (1.0 + s), np.nan))
@@ -167,10 +170,8 @@ class NormalGrid:
         gx, gy = np.meshgrid(np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64), indexing="ij")
 
         def slope(dx: float, dy: float) -> Floats:
-            one, two = (
-                surface.height(gx + k * dx, gy + k * dy) - surface.height(gx - k * dx, gy - k * dy)
-                for k in (1, 2)
-            )
+            up, down = ([surface.height(gx + k * dx, gy + k * dy) for k in (s, 2 * s)] for s in (1, -1))
+            one, two = (a - b for a, b in zip(up, down, strict=True))
             return np.asarray((8.0 * one - two) / (12.0 * step))
 
         mu = [np.arctan(-slope(*d)) for d in ((step, 0.0), (0.0, step))]

@@ -33,10 +33,8 @@ def corner_of(profile: Profile) -> Corner:
         fits &= abs(first.z1 - r) <= LENGTH_EPS_MM or not rod
     fits &= len(rod) <= 1 and all(abs(s.r0 - s.r1) <= LENGTH_EPS_MM and not s.is_arc for s in rod)
     if not fits:
-        raise ToolError(
-            "method analytic works for flat, bull and ball cutters only",
-            remedy="take dexel or brep for this tool",
-        )
+        what = "method analytic works for flat, bull and ball cutters only"
+        raise ToolError(what, remedy="take dexel or brep for this tool")
     return Corner(rm, r, rod[0].z1 - r if rod else 0.0)
 
 
@@ -53,9 +51,8 @@ class HeightWorkpiece:
         """See `Workpiece`."""
         corner = corner_of(edge.profile)
         if edge.twist != 0.0:
-            raise ToolError(
-                "method analytic works with the straight edge only", remedy="take dexel or brep for a helix"
-            )
+            what = "method analytic works with the straight edge only"
+            raise ToolError(what, remedy="take dexel or brep for a helix")
         stock = self.stock
         if stock is None or not len(parts.row):
             return parts.take(np.zeros(0, dtype=np.int64))

@@ -1,1 +1,0 @@
-"""Highest points of triangles over a grid of upright lines."""
