@@ -13,7 +13,7 @@ from math import pi, prod, sqrt
 
 from benchmarks.modelfiles import write_model
 from vmachining.toolpath import Triangle, advice
-from vmachining.toolpath.program import level_program
+from vmachining.toolpath.pocket import level_program
 
 SIDES = (60.0, 50.0, 40.0)  # mm
 LOW, HIGH = (-10.0, -10.0, -12.0), (65.0, 42.0, 0.0)  # mm, corners of the stock in job.toml

@@ -16,7 +16,7 @@ from oracles.force_segments import (
 from vmachining.engagement.frames import rotation
 from vmachining.errors import InputError
 from vmachining.force import Coefficients, bull_edge, cantilever_mm, deflection_force, edge_forces, shipped
-from vmachining.force.closed import layer_integrals
+from vmachining.force.identify import layer_integrals
 
 K0 = Coefficients.constant(700, 250, 120, 25, 18, 4)
 PUBLISHED = shipped("bull_d32_r4_published")

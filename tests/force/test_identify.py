@@ -19,7 +19,7 @@ from vmachining.force import (
     shipped,
     smoothed,
 )
-from vmachining.force.closed import layer_integrals
+from vmachining.force.identify import layer_integrals
 
 R, TEETH = 4.0, 2
 DEPTHS = np.array([1, 2, 3, 4, 5, 8, 10.0])

@@ -14,7 +14,7 @@ import vmachining as vm
 from tests.oracles.force_closed import tooth_force
 from vmachining.errors import InputError
 from vmachining.force import align, read_trace
-from vmachining.force.closed import layer_integrals
+from vmachining.force.identify import layer_integrals
 from vmachining.job.predict import measured_table, predict
 
 K0 = (700.0, 250.0, 120.0, 25.0, 18.0, 4.0)

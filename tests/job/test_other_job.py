@@ -13,7 +13,7 @@ from vmachining.cli.main import run as command
 from vmachining.errors import InputError
 from vmachining.job import Job, run
 from vmachining.toolpath import Triangle
-from vmachining.toolpath.program import pocket_job
+from vmachining.toolpath.pocket import pocket_job
 
 QUICK = ["--stages", "cut", "--quiet"]
 

@@ -9,7 +9,7 @@ import pytest
 from slowness import slowness
 
 from vmachining.machine import Way, drive
-from vmachining.machine.jerk import rest_to_rest_s
+from vmachining.machine.lookahead import rest_to_rest_s
 
 INF = np.inf
 

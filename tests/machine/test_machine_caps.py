@@ -11,7 +11,7 @@ from strategies import coordinates
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.machine import MachineLimits, path_peaks
-from vmachining.machine.caps import arc_peaks
+from vmachining.machine.block_peaks import arc_peaks
 
 
 @settings(max_examples=200, deadline=None)

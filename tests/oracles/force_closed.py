@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats
-from vmachining.force.closed import LayerIntegrals
+from vmachining.force.identify import LayerIntegrals
 
 
 def tooth_force(phi: ArrayLike, layer: LayerIntegrals, feed: float, k: ArrayLike) -> Floats:

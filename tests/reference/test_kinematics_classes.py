@@ -9,7 +9,7 @@ from oracles.head_models import ca_acceleration, ca_axis, ca_omega, ca_rate, hex
 
 from vmachining.geometry import rotation
 from vmachining.machine import preset
-from vmachining.machine.classes import class_chain
+from vmachining.machine.presets import class_chain
 
 sin, cos = np.sin, np.cos
 EX, EY, EZ = np.eye(3)

@@ -14,7 +14,7 @@ from vmachining.job.files import write_atomic
 
 def pocket(o: Pocket) -> int:
     from vmachining.toolpath import MODES, STRATEGIES, Triangle, advice, pocket_lengths
-    from vmachining.toolpath.program import level_program, pocket_job
+    from vmachining.toolpath.pocket import level_program, pocket_job
 
     sides, radius, out, plot = o.sides, o.radius, o.out, o.plot
     given = None if o.angles is None else _angles(o.angles)

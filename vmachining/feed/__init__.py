@@ -6,15 +6,15 @@ user asks for, while air is crossed as fast as the machine allows. The feed is I
 1. `blocks.py`: what is known of each block (length, original feed, removed volume, cap), as columns.
 2. `limits.py`: smallest and largest feed, the clamp rule, rounding to what is written, and one word per
    block that says which limit it hit.
-3. `volume.py`, `chip_area.py`, `force.py`: strategies; `plan.py`: one feed per block, or inserted blocks where what
-   a strategy needs changes sharply inside a block.
+3. `strategy.py`: by volume, chip area, force; `plan.py`: one feed per block, or inserted blocks where what a strategy
+   needs changes sharply inside a block.
 4. `schedule.py`: the answer, as columns; hands out the edits that `vmachining.nc` writes into the program.
 
 | file | holds |
 |---|---|
 | `blocks.py` | `FeedBlocks`, `Kind` |
 | `limits.py` | `FeedLimits`, `Limit`, `clamp`, `floor_feed` |
-| `volume.py` | `VolumeStrategy`, `sampled` |
+| `strategy.py` | `Strategy`, `Parts`; `VolumeStrategy`, `ChipAreaStrategy`, `ForceStrategy`, `sampled` |
 | `plan.py` | `plan_feeds`, `references` |
 | `schedule.py` | `Schedule` |
 | `_kernels.py` | recursive bisection of sampled blocks |
@@ -44,13 +44,18 @@ Known limits
 """
 
 from vmachining.feed.blocks import FeedBlocks, Kind
-from vmachining.feed.chip_area import ChipAreaStrategy
-from vmachining.feed.force import UNITS, ForceStrategy
 from vmachining.feed.limits import FeedLimits, Limit, clamp, floor_feed
 from vmachining.feed.plan import plan_feeds, references, schedulable
 from vmachining.feed.schedule import Schedule
-from vmachining.feed.strategy import Parts, Strategy
-from vmachining.feed.volume import VolumeStrategy, sampled
+from vmachining.feed.strategy import (
+    UNITS,
+    ChipAreaStrategy,
+    ForceStrategy,
+    Parts,
+    Strategy,
+    VolumeStrategy,
+    sampled,
+)
 
 __all__ = [
     "UNITS",

@@ -11,10 +11,8 @@
 | `coefficients.py` | `Coefficients`, `shipped` |
 | `model.py` | `edge_forces`, `Forces`, `power_w`, `cantilever_mm`, `deflection_force` |
 | `turn.py` | `turn_load`, `Load`, `load_rows`, `feasible_feeds`, `peak_levels` |
-| `closed.py` | `layer_integrals` |
 | `identify.py` | `identify`, `layer_coefficients`, `predicted_means` |
-| `measured.py` | `read_trace`, `align`, `Overlay` |
-| `columns.py` | tables of measured forces |
+| `measured.py` | `read_columns`, `read_trace`, `align`, `Overlay` |
 | `_kernels.py` | sums along edges, Simpson over a turn, envelopes over the feed |
 
 Forces act ON THE TOOL in the tool frame: x, y, z of `engagement.frames.rotation`, z along the tool axis. Source: Hendriko,

@@ -2,13 +2,11 @@
 
 | file | holds |
 |---|---|
-| `path.py` | `Line` and `Arc` (circle or helix about an axis direction) with position, velocity, split |
-| `rays.py` | `RayIntervals`: where lines are inside a solid |
+| `path.py` | `Line` and `Arc` (circle or helix about an axis direction); `RayIntervals`: where lines are inside a solid |
 | `rotation.py` | rotation matrices, angles between directions, great circles |
 """
 
-from vmachining.geometry.path import Arc, Line, Path, arc_between
-from vmachining.geometry.rays import RayIntervals
+from vmachining.geometry.path import Arc, Line, Path, RayIntervals, arc_between
 from vmachining.geometry.rotation import rotation, unit
 
 __all__ = ["Arc", "Line", "Path", "RayIntervals", "arc_between", "rotation", "unit"]

@@ -9,12 +9,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import sqrt
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats, brief, rows
+from vmachining.arrays import Floats, Ints, brief, rows
 
 PLANE_AXES = {0: (1, 2), 1: (2, 0), 2: (0, 1)}
 """First and second in-plane axis of a plane named by its normal axis; right-handed about the normal."""
@@ -208,3 +208,23 @@ def arc_between(
         angle = float((finish - begin if ccw else begin - finish) % (2 * np.pi))
     angle += 2 * np.pi * (turns - 1)
     return Arc(p, middle, axis, angle=angle if ccw else -angle, rise=float(e[axis] - p[axis]))
+
+
+class RayIntervals(NamedTuple):
+    """Where rays are inside a solid: intervals of ray i follow those of ray i - 1, in rising order.
+
+    counts : (n,) intervals per ray. enter, leave : (sum of counts,) mm along the unit direction, from the
+    origin; negative values lie behind it.
+    """
+
+    counts: Ints
+    enter: Floats
+    leave: Floats
+
+    @property
+    def lengths(self) -> Floats:
+        """(n,) mm of every ray inside the solid."""
+        ray = np.repeat(np.arange(len(self.counts)), self.counts)
+        total = np.zeros(len(self.counts))
+        np.add.at(total, ray, self.leave - self.enter)
+        return total

@@ -15,21 +15,20 @@ from vmachining.machine.axis import Axis
 from vmachining.machine.block_peaks import (
     Peaks,
     linear_peaks,
+    path_peaks,
     peak_accelerations,
     peak_times,
     tcp_block_peaks,
 )
 from vmachining.machine.branches import JointPath, follow
-from vmachining.machine.caps import path_peaks
 from vmachining.machine.chain import Machine
 from vmachining.machine.dda import arc_train, line_train, pulse_counts
-from vmachining.machine.described import described
 from vmachining.machine.deviation import axis_deviation, tip_deviation
 from vmachining.machine.hexapod import Hexapod
 from vmachining.machine.limits import CORNER_TOLERANCE_MM, MachineLimits
 from vmachining.machine.lookahead import Way, drive
 from vmachining.machine.machinefile import load, read_parts
-from vmachining.machine.presets import PRESETS, preset, preset_options, with_axes
+from vmachining.machine.presets import PRESETS, described, preset, preset_options, with_axes
 from vmachining.machine.pulses import Interpolator, PulseBlock, write_csv, write_npz
 
 __all__ = [

@@ -12,13 +12,78 @@ for an arc cost what the arc costs, a reversal is a stop, and rotary joints have
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import KinematicsError
 from vmachining.machine import _lookahead
-from vmachining.machine.jerk import add_jerk
+
+
+def ramp_s(change: float, acceleration: float, jerk: float) -> float:
+    """Seconds of a change of speed d under acceleration a with jerk j.
+
+    T(d) = d / a + a / j if d >= a^2 / j, else 2 sqrt(d / j); being symmetric, it covers (v0 + v1) T / 2.
+    """
+    if change <= 0.0:
+        return 0.0
+    if change >= acceleration * acceleration / jerk:
+        return change / acceleration + acceleration / jerk
+    return 2.0 * float(np.sqrt(change / jerk))
+
+
+def rest_to_rest_s(
+    length: float, speed: float, acceleration: float, jerk: float, v0: float = 0.0, v1: float = 0.0
+) -> float:
+    """Seconds from speed v0 to v1 over a length, both ends without acceleration."""
+
+    def covered(v: float) -> float:
+        up, down = ramp_s(v - v0, acceleration, jerk), ramp_s(v - v1, acceleration, jerk)
+        return 0.5 * ((v0 + v) * up + (v + v1) * down)
+
+    low = max(v0, v1)
+    if covered(speed) <= length:
+        v = speed
+    elif covered(low) >= length:
+        v = low  # too short for the change itself: what the passes left is not reached, its time is the least
+    else:
+        from scipy.optimize import brentq  # half a second to load, for few feeds
+
+        v = float(brentq(lambda x: covered(x) - length, low, speed, xtol=1e-12 * speed))
+    ramps = ramp_s(v - v0, acceleration, jerk) + ramp_s(v - v1, acceleration, jerk)
+    return ramps + max(length - covered(v), 0.0) / v
+
+
+def add_jerk(
+    length: Floats, seconds: Floats, border: Floats, peak: Floats, push: Floats, jerk: float
+) -> Floats:
+    """(n,) seconds with a limited jerk, from those without one.
+
+    Stretches between two lowest speeds are driven as one: up, along, down, with the largest acceleration that their blocks
+    have in common and no faster than their time-weighted speed; the extra time is given to their blocks in proportion.
+    """
+    out = seconds.copy()
+    n = len(length)
+    low = [0]
+    for k in range(1, n):
+        rests = border[k] <= min(peak[k - 1], peak[k]) * (1.0 - 1e-9)
+        if rests and border[k] <= border[k - 1] and border[k] <= border[k + 1]:
+            low.append(k)
+    low.append(n)
+    for a, b in pairwise(low):
+        span, took = float(length[a:b].sum()), float(seconds[a:b].sum())
+        if took <= 0.0:
+            continue
+        accel, top = float(push[a:b].min()), float(peak[a:b].max())
+        if accel >= 1e11:
+            accel = top / took * 1e3
+        v0, v1 = float(border[a]), float(border[b])
+        plain = rest_to_rest_s(span, top, accel, 1e15, v0, v1)
+        limited = rest_to_rest_s(span, top, accel, jerk, v0, v1)
+        out[a:b] *= 1.0 + max(limited - plain, 0.0) / took
+    return out
+
 
 AT_ONCE = 1e12
 """mm/s^2; takes a nanosecond to a metre per second."""

@@ -72,14 +72,6 @@ _M_GROUPS: Final = {
 }  # fmt: skip
 
 
-class Refusal(NamedTuple):
-    """Why a code is refused."""
-
-    code: str
-    message: str
-    hint: str = ""
-
-
 def _said(table: str) -> dict[int, str]:
     """`1 2: text`, a line each, by the numbers."""
     rows = (line.partition(": ") for line in table.strip().splitlines())
@@ -137,32 +129,6 @@ def spell(kind: str, code: int) -> str:
     return f"G{whole}.{tenth}" if tenth else f"G{whole}"
 
 
-def group_name(kind: str, group: int) -> str:
-    """What the codes of a group have in common."""
-    return (_GROUPS if kind == "G" else _M_GROUPS)[group]
-
-
-def refuse_g(code: int | None, text: str) -> Refusal:
-    """Why this G code is not executed; code is None for a number with more than one decimal or a sign."""
-    if code in _REFUSED:
-        return Refusal("E208", _REFUSED[code])
-    if code in _TURNING:
-        return Refusal("E209", f"{spell('G', code)} ({_TURNING[code]}) belongs to a lathe")
-    if code in _MTS:
-        what = f"{spell('G', code)} ({_MTS[code]}) exists in the mts dialect only"
-        return Refusal("E210", what, "is this an mts program? choose the mts dialect")
-    if len(text) == 5 and text[1] == "1" and text[1:].isdigit():
-        return Refusal("E208", f"{text} is a cycle of Manual Guide i, whose path the control makes")
-    return Refusal("E208", f"unknown G code {text}")
-
-
-def refuse_m(code: int | None, text: str) -> Refusal:
-    """Why this M code is not executed."""
-    if code is not None and 100 <= code <= 199:
-        return Refusal("E208", f"M{code} is a user-defined code, its effect is unknown")
-    return Refusal("E208", f"unknown M code {text}")
-
-
 _BLOCK_NUMBER: Final = re.compile(r"[Nn]([0-9]{1,9})(?:\.[0-9]*)?")
 _PROBE: Final = re.compile(r"[Gg]0*38\.[2-5]")
 _ALWAYS: Final = frozenset("GMNFST")
@@ -178,8 +144,14 @@ _CYCLE_WORDS: Final = {
 }  # fmt: skip
 """What canned cycles take besides their axis words, R and L."""
 
-SIGNAL_WORDS: Final = {**dict.fromkeys((62, 63, 64, 65), "P"), 66: "PELQ", 67: "EQ", 68: "EQ"}
-"""Words of the M codes that set outputs and read inputs."""
+_TAKERS: Final = (
+    (("G40",), "P", "dwell"), (("G640",), "PQR", "path control"), (("M50", "M51", "M52", "M53"), "P", "override"),
+    (("G430", "G432", "G434"), "H", "length"), (("G410", "G420"), "D", "compensation"),
+    (("G411", "G421"), "DL", "compensation"), (("G100",), "PLR", "G10"), (("M98",), "PL", "M98"), (("M61",), "Q", "M61"),
+    (("M19",), "PQR", "M19"), (("M62", "M63", "M64", "M65"), "P", "signal"), (("M66",), "PELQ", "signal"),
+    (("M67", "M68"), "EQ", "signal"),
+)  # fmt: skip
+"""Codes, ten times the number for G; the letters they take; what they are."""
 
 
 class Problem(NamedTuple):
@@ -213,6 +185,10 @@ class Block:
         self.polar = ""
         self.centre = ""
 
+    def wrong(self, code: str, word: Word | None, message: str, hint: str = "") -> None:
+        """Add a problem."""
+        self.problems.append(Problem(code, word, message, hint))
+
     def value(self, letter: str) -> float | None:
         """Number of a word, None when the block does not have it."""
         found = self.words.get(letter)
@@ -224,7 +200,6 @@ class Block:
         return found is not None and found[0] == code
 
     def word(self, letter: str) -> Word | None:
-        """A word by its letter."""
         found = self.words.get(letter)
         return found[1] if found else None
 
@@ -266,84 +241,88 @@ def build_block(
         letter = word.letter
         if letter == "N":
             if index > 0:
-                block.problems.append(Problem("E201", word, "N does not open the block"))
+                block.wrong("E201", word, "N does not open the block")
             elif block_number(line) is None:
-                what = f"{word.text} is not a block number of one to nine digits"
-                block.problems.append(Problem("E201", word, what))
+                block.wrong("E201", word, f"{word.text} is not a block number of one to nine digits")
         elif letter == "G":
             known &= _g_code(block, word, value, groups)
         elif letter == "M":
             known &= _m_code(block, word, value)
         elif letter in block.words:
             first = block.words[letter][1]
-            block.problems.append(Problem("E202", word, f"{letter} is already given in column {first.col}"))
+            block.wrong("E202", word, f"{letter} is already given in column {first.col}")
         else:
             block.words[letter] = value, word
     corner = next((block.words[letter][1] for letter in (",R", ",C", ",A") if letter in block.words), None)
     if corner is not None and (groups is G_GROUP or corner.letter == ",A"):
         known = False
         what = "chamfers, rounded corners and angles (,C ,R ,A) are not supported"
-        block.problems.append(Problem("E208", corner, what, "let the post write them out"))
-    block.axes = "".join(letter for letter in "XYZ" if letter in block.words)
-    block.polar = "".join(letter for letter in "@^" if letter in block.words)
-    block.centre = "".join(letter for letter in "IJK" if letter in block.words)
-    block.motion = block.g[1][0] if 1 in block.g else None
-    block.stored = block.g[9][0] if 9 in block.g else None
-    block.rotary = "".join(letter for letter in rotary if letter in block.words)
+        block.wrong("E208", corner, what, "let the post write them out")
+    block.axes, block.polar, block.centre, block.rotary = (
+        "".join(letter for letter in letters if letter in block.words) for letters in ("XYZ", "@^", "IJK", rotary)
+    )  # fmt: skip
+    block.motion, block.stored = (block.g[group][0] if group in block.g else None for group in (1, 9))
     owned = "" if block.stored is None else _MTS_WORDS[block.stored]
     for letter in block.words:
         if letter in _FOREIGN_AXES and letter not in rotary and letter not in owned:
             if not (mts or letter in "AUVC") and (block.motion or modal_motion) in CYCLES:
                 continue  # told below: a word of another dialect
             known = False
-            what = f"this machine has no axis {letter}"
-            block.problems.append(Problem("E209", block.words[letter][1], what))
+            block.wrong("E209", block.words[letter][1], f"this machine has no axis {letter}")
     if known:
         _owners(block, modal_motion)
-    elif not (block.axes or block.rotary or block.polar):
-        block.problems = [_aimless(problem) for problem in block.problems]
+    elif not (
+        block.axes or block.rotary or block.polar
+    ):  # probing without them is wrong on every control: say that, too
+        for k, (_, at, message, _) in enumerate(block.problems):
+            if at is not None and _PROBE.fullmatch(at.text.replace(" ", "")):
+                block.problems[k] = block.problems[k]._replace(
+                    message=f"{at.text} without axis words; {message}"
+                )
     return block
 
 
-def _aimless(problem: Problem) -> Problem:
-    """Probing without axis words is wrong on every control: say that, too."""
-    if problem.word is None or not _PROBE.fullmatch(problem.word.text.replace(" ", "")):
-        return problem
-    return problem._replace(message=f"{problem.word.text} without axis words; {problem.message}")
-
-
 def _g_code(block: Block, word: Word, value: float, groups: dict[int, int]) -> bool:
-    code = round(value * 10.0) if 0.0 <= value < 1000.0 else None
-    if code is not None and abs(code - value * 10.0) > 1e-6:
-        code = None
-    group = None if code is None else groups.get(code)
-    if code is None or group is None:
-        refusal = refuse_g(code, word.text)
-        block.problems.append(Problem(refusal.code, word, refusal.message, refusal.hint))
+    code = round(value * 10.0) if 0.0 <= value < 1000.0 else -1
+    if abs(code - value * 10.0) > 1e-6:  # a number with more than one decimal or a sign
+        code = -1
+    group, text = groups.get(code), word.text
+    if group is None:
+        if code in _TURNING:
+            block.wrong("E209", word, f"{spell('G', code)} ({_TURNING[code]}) belongs to a lathe")
+        elif code in _MTS:
+            what = f"{spell('G', code)} ({_MTS[code]}) exists in the mts dialect only"
+            block.wrong("E210", word, what, "is this an mts program? choose the mts dialect")
+        elif len(text) == 5 and text[1] == "1" and text[1:].isdigit() and code not in _REFUSED:
+            block.wrong("E208", word, f"{text} is a cycle of Manual Guide i, whose path the control makes")
+        else:
+            block.wrong("E208", word, _REFUSED.get(code, f"unknown G code {text}"))
         return False
     if group in block.g and group == 1 and (code == 800) != (block.g[group][0] == 800):
         if code != 800:  # G80 beside another motion code says what that code says anyway
             block.g[group] = code, word
     elif group in block.g:
         first = block.g[group][0]
-        what = f"{spell('G', code)} and {spell('G', first)} are both of the {group_name('G', group)} group"
-        block.problems.append(Problem("E203", word, what))
+        what = f"{spell('G', code)} and {spell('G', first)} are both of the {_GROUPS[group]} group"
+        block.wrong("E203", word, what)
     else:
         block.g[group] = code, word
     return True
 
 
 def _m_code(block: Block, word: Word, value: float) -> bool:
-    code = int(value) if 0.0 <= value < 1000.0 and value == int(value) else None
-    group = None if code is None else M_GROUP.get(code)
-    if code is None or group is None:
-        refusal = refuse_m(code, word.text)
-        block.problems.append(Problem(refusal.code, word, refusal.message, refusal.hint))
+    code = int(value) if 0.0 <= value < 1000.0 and value == int(value) else -1
+    group = M_GROUP.get(code)
+    if group is None:
+        own = 100 <= code <= 199
+        what = (
+            f"M{code} is a user-defined code, its effect is unknown" if own else f"unknown M code {word.text}"
+        )
+        block.wrong("E208", word, what)
         return False
     if group in block.m:
-        first = block.m[group][0]
-        what = f"{spell('M', code)} and {spell('M', first)} are both of the {group_name('M', group)} group"
-        block.problems.append(Problem("E204", word, what))
+        what = f"M{code} and M{block.m[group][0]} are both of the {_M_GROUPS[group]} group"
+        block.wrong("E204", word, what)
     else:
         block.m[group] = code, word
     return True
@@ -356,17 +335,17 @@ def _owners(block: Block, modal_motion: int | None) -> None:
     places = block.axes + block.rotary + block.polar
     if claimed is not None and motion is not None and motion != 800:
         what = f"{spell('G', claimed)} and {spell('G', motion)} both claim the axis words"
-        block.problems.append(Problem("E206", block.g[1][1], what))
+        block.wrong("E206", block.g[1][1], what)
         return
     if stored is not None and stored != 800 and (claimed is not None or motion is not None):
         other = claimed if claimed is not None else motion or 0
         what = f"{spell('G', stored)} and {spell('G', other)} both claim the axis words"
-        block.problems.append(Problem("E206", block.g[9][1], what))
+        block.wrong("E206", block.g[9][1], what)
         return
     effective = motion if motion is not None else modal_motion
     if places and claimed is None and stored in (None, 800) and effective in (None, 800):
         first = block.culprit() if motion is None else block.g[1][1]
-        block.problems.append(Problem("E206", first, "axis words, but no motion code is in force"))
+        block.wrong("E206", first, "axis words, but no motion code is in force")
         return
     moves = claimed is None and stored in (None, 800)
     tap = moves and effective == 331 and (motion is not None or bool(places))
@@ -380,8 +359,7 @@ def _owners(block: Block, modal_motion: int | None) -> None:
     for letter in "PQR":
         who = takers.get(letter, ())
         if letter in block.words and len(who) > 1 and (letter == "P" or "M19" in who):
-            what = f"{' and '.join(who)} of this block both claim {letter}"
-            block.problems.append(Problem("E206", block.word(letter), what))
+            block.wrong("E206", block.word(letter), f"{' and '.join(who)} of this block both claim {letter}")
     for letter, (_, word) in block.words.items():
         if letter in _ALWAYS or letter in takers:
             continue
@@ -394,7 +372,7 @@ def _owners(block: Block, modal_motion: int | None) -> None:
             hint = "is this an iso program? choose the iso dialect"
         elif letter in block.polar and block.axes:
             message = f"polar words and {block.axes[0]} exclude each other: {word.text}"
-        block.problems.append(Problem("E207", word, message, hint))
+        block.wrong("E207", word, message, hint)
 
 
 def _takers(block: Block, effective: int | None, arc: bool, cycle: bool) -> dict[str, list[str]]:
@@ -415,28 +393,10 @@ def _takers(block: Block, effective: int | None, arc: bool, cycle: bool) -> dict
         take("IJKRP", "arc")
     if cycle:
         take("RL" + _CYCLE_WORDS[effective or 0], "cycle")
-    if block.has_g(40):
-        take("P", "dwell")
-    if block.has_g(640):
-        take("PQR", "path control")
-    if block.m.get(9, (48,))[0] in (50, 51, 52, 53):
-        take("P", "override")
-    if block.has_g(430) or block.has_g(432) or block.has_g(434):
-        take("H", "length")
-    if block.has_g(410) or block.has_g(420):
-        take("D", "compensation")
-    if block.has_g(411) or block.has_g(421):
-        take("DL", "compensation")
-    if block.has_g(100):
-        take("PLR", "G10")
-    if block.m.get(10, (0,))[0] == 98:
-        take("PL", "M98")
-    if block.m.get(6, (0,))[0] == 61:
-        take("Q", "M61")
-    if block.m.get(7, (0,))[0] == 19:
-        take("PQR", "M19")
-    if 5 in block.m:
-        take(SIGNAL_WORDS[block.m[5][0]], "signal")
+    codes = {f"G{code}" for code, _ in block.g.values()} | {f"M{code}" for code, _ in block.m.values()}
+    for names, letters, who in _TAKERS:
+        if not codes.isdisjoint(names):
+            take(letters, who)
     if block.stored is not None:
         take(_MTS_WORDS[block.stored], "cycle")
     return takers

@@ -11,9 +11,10 @@ from bisect import bisect_left
 from typing import Final
 
 from vmachining.errors import NCError
+from vmachining.nc.block import Problem
 from vmachining.nc.fanuc_lathe import Lathe
 from vmachining.nc.fanuc_lines import folded
-from vmachining.nc.fanuc_macro import NEXT_PROGRAM, MacroFlow, next_program, steers
+from vmachining.nc.fanuc_macro import NEVER, NEXT_PROGRAM, MacroFlow, next_program, steers
 from vmachining.nc.files import find_tape
 from vmachining.nc.flow import Flow, FlowStop, Structure, find_structure
 from vmachining.nc.lexer import MAX_LINE, Word
@@ -45,39 +46,39 @@ class Reader(OneBlock):
     def _run(self) -> None:
         first, stop, closed = find_tape(self.lines)
         if closed and stop < len(self.lines) and first == 0:
-            what = "the only tape mark stands after the program"
-            self._record("I405", stop + 1, 1, 1, None, "%", what)
+            mark = Word("%", None, 1, 1, "%")
+            self.report(Problem("I405", mark, "the only tape mark stands after the program"), stop + 1)
         at = first
         try:
             at = self._drive(first, stop)
         except GiveUpError as exc:
             code, at, what = exc.args
-            self._record(code, min(at + 1, self.own), 1, 0, None, "", what)
+            self.report(Problem(code, None, what), min(at + 1, self.own))
         else:
             self.ended = self.state.ended or closed
             self._epilogue(at if self.state.ended else stop)
         if self.state.held is not None:
             what = "the program ends on a corner (,R or ,C), which needs a motion after it"
-            self._record("E109", max(1, self.state.held.line), 1, 0, None, "", what)
+            self.report(Problem("E109", None, what), max(1, self.state.held.line))
         if self.state.compensation is not None:
             left = self.state.compensation.finish()[0]
             if self.state.carried is not None:
                 left = carried(left, self.state, self.settings, None)
             self.moves.extend(left)
         if not any(move.motion is not Motion.DWELL for move in self.moves) and not self.errors:
-            self._record("W406", 1, 1, 0, None, "", "the program contains no motion")
+            self.report(Problem("W406", None, "the program contains no motion"), 1)
         if self.translator is not None:
             self.findings = folded(self.findings)
         for code, count in self.warnings.items():
             if count > MAX_WARNINGS:
                 what = f"{code} was found {count} times, {count - MAX_WARNINGS} of them are not listed"
-                self._record("I407", self.own, 1, 0, None, "", what)
+                self.report(Problem("I407", None, what), self.own)
 
     def _epilogue(self, at: int) -> None:
         """W401, or W404 for what stands after the end."""
         lines = self.lines
         if not self.ended:
-            self._record("W401", max(1, self.own), 1, 0, None, "", "the program has no M2, M30 or closing %")
+            self.report(Problem("W401", None, "the program has no M2, M30 or closing %"), max(1, self.own))
             return
         for index in range(at, self.own):
             content = lines[index].strip(" \t")
@@ -86,9 +87,8 @@ class Reader(OneBlock):
                 return  # a subprogram
             if content and content != "%":
                 text = content[:40]
-                col = lines[index].index(content) + 1
-                what = "text after the end of the program"
-                self._record("W404", index + 1, col, len(text), None, text, what)
+                word = Word("", None, lines[index].index(content) + 1, len(text), text)
+                self.report(Problem("W404", word, "text after the end of the program"), index + 1)
                 return
 
     def _drive(self, first: int, stop: int) -> int:
@@ -98,7 +98,8 @@ class Reader(OneBlock):
         if self.translator is not None and (last := next_program(self.lines, first, stop)) < stop:
             at = self._drive(first, last)
             if not self.state.ended:
-                self._record("W401", last + 1, 1, 0, None, self.lines[last].strip()[:20], NEXT_PROGRAM)
+                word = Word("O", None, 1, 0, self.lines[last].strip()[:20])
+                self.report(Problem("W401", word, NEXT_PROGRAM), last + 1)
                 self.state.ended = True
             return at
         structure = find_structure(self.lines, first, stop)
@@ -179,49 +180,43 @@ class Reader(OneBlock):
                 what = f"loops and calls repeated over {self.settings.max_steps} lines: is there an end?"
                 raise GiveUpError("E413", at, what)
         if flow.frames:
-            start = flow.frames[-1].start
-            self._record("E415", start + 1, 1, 0, None, "", "the called subprogram never returns (M99)")
+            self.report(Problem("E415", None, NEVER), flow.frames[-1].start + 1)
         if restart >= 0:
             self._never_reached(restart)
         return stop
 
-    def _load(self, label: str, index: int) -> bool:
+    def _load(self, label: str, index: int) -> None:
         """Read the file of a subprogram called in a line, and say what is wrong with it."""
         assert self.flow is not None
         structure = self.flow.structure
         known = len(structure.problems)
         try:
-            if not self.files.load(label, structure):
-                return False
+            self.files.load(label, structure)
         except (OSError, NCError) as exc:
             at = self.flow.origin(self.own, index)
             raise GiveUpError("E412", at, f"the file of subprogram {label}: {exc}") from None
         self.flow.stops = sorted(structure.items)
         for index, problem in structure.problems[known:]:
             self._flow_problem(problem, index)
-        return True
 
     def _restart(self, index: int) -> None:
         """Forget the moves so far; the state stays."""
         self.moves.clear()
         if self.state.compensation is not None:
             what = "the program cannot restart here: cutter compensation is on"
-            self._record("E417", index + 1, 1, 0, None, "", what)
+            self.report(Problem("E417", None, what), index + 1)
 
     def _never_reached(self, index: int) -> None:
         self.moves.clear()
         what = f"line {index + 1}, where the program was to restart, is never reached"
-        self._record("E417", index + 1, 1, 0, None, "", what)
+        self.report(Problem("E417", None, what), index + 1)
 
     def _check_numbers(self, first: int, stop: int) -> None:
         """W402 and W403 of a program whose lines run in another order, or often."""
         for index in range(first, stop):
-            found = _NUMBERED.match(self.lines[index])
-            if found:
-                text = self.lines[index]
-                col = text.upper().index("N") + 1
-                written = text[col - 1 : found.end()]
-                word = Word("N", float(found[1]), col, len(written), written)
+            if found := _NUMBERED.match(text := self.lines[index]):
+                at, end = text.upper().index("N"), found.end()
+                word = Word("N", float(found[1]), at + 1, end - at, text[at:end])
                 self._check_number(index + 1, int(found[1]), word)
 
     def _count(self, index: int, line: str, n: int, number: str) -> None:

@@ -28,16 +28,7 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.frames import Plane
 from vmachining.nc.model import CompensationError, Motion, Move, Point, add, put, subtract
-from vmachining.nc.offset_curves import (
-    Curve,
-    Pair,
-    cuts_into,
-    meet,
-    offset_arc,
-    offset_line,
-    trim_end,
-    trim_start,
-)
+from vmachining.nc.offset_curves import ARCS, Curve, Pair, cuts_into, meet, offset_arc, offset_line, trimmed
 
 _make = tuple.__new__  # of named tuples: their own constructors take twice as long
 
@@ -53,8 +44,6 @@ AROUND: Final = 0.05
 SMOOTH: Final = 0.05
 """rad: a corner that turns by no more is passed over, as in LinuxCNC: the tool leaves the offset curve by at most
 rho (1 - cos 0.05), an eight hundredth of its radius. `exact` looks at every corner."""
-
-ARCS: Final = frozenset({Motion.ARC_CW, Motion.ARC_CCW})
 
 
 class Pending(NamedTuple):
@@ -157,8 +146,7 @@ class Compensation(NamedTuple):
         if held.entry:
             return Step(self._with(held, curve, move), self._release(held, curve.start), [])
         if self._starts(held) and ahead < 0.0:
-            text = "the entry move opposes the first cut, so the tool goes round its end"
-            warnings.append(("W353", text))
+            warnings.append(("W353", "the entry move opposes the first cut, so the tool goes round its end"))
         moves: list[Move] = []
         smooth = not (self.exact or self.miter or self.lines) and abs(math.atan2(turn, ahead)) <= SMOOTH
         if smooth or math.dist(before.end, curve.start) <= JOINED_MM:
@@ -229,13 +217,12 @@ class Compensation(NamedTuple):
 
     def _starts(self, held: Pending) -> bool:
         """Whether the held segment is the entry move: its start is not offset."""
-        aside = math.dist(held.curve.start, self._pair(held.move.start))
-        return aside <= JOINED_MM
+        return math.dist(held.curve.start, self._pair(held.move.start)) <= JOINED_MM
 
     def _trim(self, held: Pending, move: Move, before: Curve, curve: Curve) -> tuple[Curve, Curve]:
         point = meet(before, curve)
-        first = trim_end(before, point) if point is not None else None
-        second = trim_start(curve, point) if point is not None else None
+        first = trimmed(before, end=point) if point is not None else None
+        second = trimmed(curve, start=point) if point is not None else None
         if first is None or second is None:
             what = "cannot be reached without gouging: the tool does not fit between the blocks of lines"
             raise CompensationError("E355", f"this corner {what} {held.move.line} and {move.line}")
@@ -293,9 +280,8 @@ class Compensation(NamedTuple):
     def _release(self, held: Pending, end: Pair) -> list[Move]:
         curve = held.curve
         turns = max(1, math.ceil(curve.sweep / math.tau - 1e-9)) if curve.center is not None else 0
-        moves = [self._shifted(held.move, curve.start, end, curve.center, turns)]
-        moves += [self._shifted(move, end, end, None, 0) for move in held.followers]
-        return moves
+        first = self._shifted(held.move, curve.start, end, curve.center, turns)
+        return [first, *(self._shifted(move, end, end, None, 0) for move in held.followers)]
 
     def _corner(self, last: Move, following: Move, end: Pair, center: Pair | None, corner: Pair) -> Move:
         """A piece of the way about a convex corner, part of the block behind it: an arc, straight without a centre."""

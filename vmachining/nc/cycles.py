@@ -45,7 +45,7 @@ above were chosen; its printed example of a degression, 20 15 12 2 for a depth o
 from __future__ import annotations
 
 import math
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeAlias
 
 from vmachining.nc.block import spell
 from vmachining.nc.frames import Plane
@@ -95,9 +95,8 @@ def drill(run: Run, code: int, fresh: bool) -> None:
     if code in (740, 840) and state.direction != (1 if code == 840 else -1) and not run.settings.family:
         want = "M3" if code == 840 else "M4"
         raise run.fail("E311", word, f"{spell('G', code)} taps with {want}, which is not in force")
-    repeats = block.value("L")
-    if repeats is None:
-        repeats = 1.0
+    given = block.value("L")
+    repeats = 1.0 if given is None else given
     if repeats == 0.0 and run.settings.family:  # stored, and drilled by the next block
         state.cycle = cycle
         return
@@ -304,10 +303,8 @@ class Stored(NamedTuple):
     less: float = 0.0
 
 
-class Pattern(NamedTuple):
-    """Points waiting for G79, program coordinates, mm."""
-
-    points: tuple[tuple[float, float], ...]
+Pattern: TypeAlias = tuple[tuple[float, float], ...]
+"""Points waiting for G79, program coordinates, mm."""
 
 
 def degression(depth: float, first: float, less: float) -> list[float]:
@@ -383,12 +380,12 @@ def _pattern(run: Run, code: int) -> Pattern:
     if code == 780:
         step = spacing * scale
         dx, dy = math.cos(start), math.sin(start)
-        return Pattern(tuple((x + k * step * dx, y + k * step * dy) for k in range(int(count))))
+        return tuple((x + k * step * dx, y + k * step * dy) for k in range(int(count)))
     radius = (block.value("R") or 0.0) * scale
     if radius <= 0.0:
         raise run.fail("E332", block.word("R") or word, "G77 needs R, a radius above zero")
     angles = [start + k * math.radians(spacing) for k in range(int(count))]
-    return Pattern(tuple((x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles))
+    return tuple((x + radius * math.cos(a), y + radius * math.sin(a)) for a in angles)
 
 
 def _call(run: Run) -> None:
@@ -399,15 +396,12 @@ def _call(run: Run) -> None:
     if state.stored is None:
         code = "E340" if state.pattern is None else "E341"
         raise run.fail(code, word, "G79, but no cycle is stored")
-    points: tuple[tuple[float, float], ...] = (_here(run),)
-    if state.pattern is not None:
-        if block.axes:
-            raise run.fail("E207", block.word(block.axes[0]), "G79 with a place, but a pattern is waiting")
-        points = state.pattern.points
-    elif not block.axes:
+    if state.pattern is not None and block.axes:
+        raise run.fail("E207", block.word(block.axes[0]), "G79 with a place, but a pattern is waiting")
+    if state.pattern is None and not block.axes:
         _drill(run, state.stored)
         return
-    for x, y in points:
+    for x, y in state.pattern or (_here(run),):
         run.rapid({0: x, 1: y})
         _drill(run, state.stored)
     state.pattern = None
@@ -419,17 +413,8 @@ def _drill(run: Run, cycle: Stored) -> None:
     clear = above - cycle.withdraw
     if cycle.withdraw > 0.0:
         run.rapid({2: clear})
-    if cycle.code == 810:
-        run.cut({2: clear - cycle.depth})
-    else:
-        _steps(run, cycle, clear)
-    run.rapid({2: clear})
-    if cycle.withdraw > 0.0:
-        run.rapid({2: above})
-
-
-def _steps(run: Run, cycle: Stored, clear: float) -> None:
-    steps, depth = degression(cycle.depth, cycle.first, cycle.less), clear
+    steps = degression(cycle.depth, cycle.first or cycle.depth, cycle.less)
+    depth = clear
     for k, step in enumerate(steps, 1):
         depth -= step
         run.cut({2: depth})
@@ -440,3 +425,6 @@ def _steps(run: Run, cycle: Stored, clear: float) -> None:
             run.dwell(cycle.dwell)
         if not last:
             run.rapid({2: depth + LIFT_MM})
+    run.rapid({2: clear})
+    if cycle.withdraw > 0.0:
+        run.rapid({2: above})

@@ -78,6 +78,9 @@ _PAIRS: Final[Mapping[str, Callable[[float, float], float]]] = {
 }
 
 
+_CONSTANTS: Final = {"PI": math.pi, "TRUE": 1.0, "FALSE": 0.0}
+
+
 def _near(a: float, b: float) -> bool:
     return abs(a - b) <= 1e-12 * max(abs(a), abs(b), 1.0)
 
@@ -230,11 +233,7 @@ class _Parser:
                 index.append(self.index(depth))
             self.want("]")
             token = f"{token}{','.join(index)}" if len(token) == 1 else f"{token}[{','.join(index)}]"
-        if token == "PI":
-            return math.pi
-        if token in ("TRUE", "FALSE"):
-            return float(token == "TRUE")
-        found = self.name(token)
+        found = _CONSTANTS[token] if token in _CONSTANTS else self.name(token)
         if found is None:
             raise FormulaError(f"{token} has no value here")
         return found
@@ -351,7 +350,6 @@ class Execution:
             pen.findings[-1] = pen.findings[-1]._replace(hint=exc.hint)
 
     def execute(self, block: Block) -> None:
-        """One block."""
         raise NotImplementedError
 
     def lost(self, exc: PenError) -> PenError:

@@ -24,9 +24,9 @@ from vmachining.nc.fanuc_lines import bracketed
 from vmachining.nc.fanuc_variables import FAMILY_FREE
 from vmachining.nc.flow import Frame
 from vmachining.nc.lexer import Word, lex_line
-from vmachining.nc.subfiles import SubFiles
 
 if TYPE_CHECKING:
+    from vmachining.nc.one_block import SubFiles
     from vmachining.nc.state import Memory
 
 _STEERS: Final = re.compile(

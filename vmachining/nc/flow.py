@@ -103,7 +103,7 @@ def find_structure(lines: Sequence[str], first: int, stop: int) -> Structure | N
         structure.items[index] = item
         if lexed.errors:
             item.wrong = True
-            structure.problems += [(index, _unread(error)) for error in lexed.errors]
+            structure.problems += [(index, unread(error)) for error in lexed.errors]
             continue
         few, many = _ARGUMENTS.get(item.kind, (0, 0))
         if lexed.label.expression is not None and item.kind != "call":
@@ -117,7 +117,7 @@ def find_structure(lines: Sequence[str], first: int, stop: int) -> Structure | N
     return structure
 
 
-def _unread(error: LexError) -> Problem:
+def unread(error: LexError) -> Problem:
     """What the lexer found, as a problem of its line."""
     word = Word("O", None, error.col, error.length, error.text[:60])
     return Problem(error.code, word, error.message, error.hint)
@@ -231,7 +231,7 @@ class Flow:
     """Where the program goes next.
 
     report : takes a problem and its 0-based line.
-    load : takes a label and the 0-based line that calls it, reads its file; False where none exists.
+    load : takes a label and the 0-based line that calls it, reads its file, if one exists.
     """
 
     def __init__(
@@ -239,7 +239,7 @@ class Flow:
         structure: Structure,
         memory: Memory,
         report: Callable[[Problem, int], None],
-        load: Callable[[str, int], bool],
+        load: Callable[[str, int], None],
     ) -> None:
         self.structure, self.memory, self.report, self.load = structure, memory, report, load
         self.frames: list[Frame] = []
@@ -320,23 +320,16 @@ class Flow:
         if computed is not None:
             wanted = f"{evaluate(computed, self.memory):.0f}"
         subs = self.structure.subs
-        start = subs.get(wanted)
-        if start is None and self.load(wanted, item.index):
-            start = subs.get(wanted)
-        if start is None:
+        if wanted not in subs:
+            self.load(wanted, item.index)
+        if (start := subs.get(wanted)) is None:
             what = f"no subprogram {wanted} is defined in this file or in one of its own"
             self.report(Problem("E412", item.lexed.label, what), item.index)
             return item.index + 1
         values = [evaluate(argument, self.memory) for argument in item.lexed.arguments]
-        self._deeper(item.index)
-        self.memory.enter(values)
         self._push(Frame(False, start, item.index + 1))
+        self.memory.enter(values)
         return start + 1
-
-    def _deeper(self, index: int) -> None:
-        if len(self.frames) >= MAX_DEPTH:
-            what = f"calls nested deeper than {MAX_DEPTH}: does the subprogram call itself for ever?"
-            raise FlowStop(Problem("E414", None, what), index)
 
     def _return(self, item: Item) -> int:
         if not self.frames or self.frames[-1].number:
@@ -354,7 +347,9 @@ class Flow:
         return frame.back
 
     def _push(self, frame: Frame) -> None:
-        """A call begins."""
+        if len(self.frames) >= MAX_DEPTH:
+            what = f"calls nested deeper than {MAX_DEPTH}: does the subprogram call itself for ever?"
+            raise FlowStop(Problem("E414", None, what), frame.back - 1)
         self.frames.append(frame)
         self.memory.state.levels += (None,)
 
@@ -400,7 +395,6 @@ class Flow:
             repeats = 1 if given is None else int(given)
             if repeats == 0:
                 return index + 1
-            self._deeper(index)
             start = self.structure.numbers[str(block.value("P")).removesuffix(".0")]
             self._push(Frame(True, start, index + 1, repeats))
             return start + 1

@@ -23,6 +23,11 @@ INCH: Final = 25.4
 _FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}
 """Groups that must not change while cutter compensation is on."""
 
+_OFFSETS: Final = {
+    100: offsets.write, 280: offsets.reference, 281: offsets.keep_reference, 290: offsets.from_reference,
+    300: offsets.reference, 301: offsets.keep_reference, 520: offsets.local, 920: offsets.declare,
+    **dict.fromkeys((921, 922, 923), offsets.g92),
+}  # fmt: skip
 _COOLANT: Final = {7: "mist", 8: "flood", 9: ""}
 _SIGNALS: Final = {62: "P", 63: "P", 64: "P", 65: "P", 66: "", 67: "E", 68: "E"}
 """Words without which a code that sets an output or reads an input says nothing."""
@@ -274,20 +279,8 @@ class _Interpreter(Run):
         """Group 0 codes that take axis words, stored cycles, else the motion."""
         block, state = self.block, self.state
         code, word = block.g.get(0, (None, None))
-        if code in (280, 300):
-            offsets.reference(self, code or 0)
-        elif code == 290:
-            offsets.from_reference(self)
-        elif code in (281, 301):
-            offsets.keep_reference(self, code or 0)
-        elif code == 100:
-            offsets.write(self, word)
-        elif code == 520:
-            offsets.local(self, word)
-        elif code == 920:
-            offsets.declare(self, word)
-        elif code in (921, 922, 923):
-            offsets.g92(self, code or 0)
+        if code in _OFFSETS and word is not None:
+            _OFFSETS[code](self, code, word)
         before = state.motion
         if block.motion is not None:
             state.motion = None if block.motion == 800 else block.motion

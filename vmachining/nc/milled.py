@@ -61,7 +61,8 @@ class Rounded(NamedTuple):
         """Half of the shorter side."""
         return min(self.along, self.across)
 
-    def _place(self, u: float, v: float) -> Pair:
+    def place(self, u: float, v: float) -> Pair:
+        """From its own axes about the middle."""
         c, s = math.cos(math.radians(self.turn)), math.sin(math.radians(self.turn))
         return self.x + c * u - s * v, self.y + s * u + c * v
 
@@ -69,15 +70,14 @@ class Rounded(NamedTuple):
         """From the middle of the side at +u, against the clock."""
         a, b = max(self.along - inset, 0.0), max(self.across - inset, 0.0)
         c = min(max(self.corner - inset, 0.0), a, b)
-        start, at = self._place(a, 0.0), self._place
+        start, at = self.place(a, 0.0), self.place
         pieces: list[tuple[Pair, Pair | None, bool]] = []
         if a - c <= SAME_MM and b - c <= SAME_MM:
             if c > SAME_MM:
                 pieces.append((start, at(0.0, 0.0), True))
         else:
-            for k, (p, q) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
-                flat = (p * a, q * (b - c)) if k % 2 == 0 else (p * (a - c), q * b)
-                round_ = (p * (a - c), q * b) if k % 2 == 0 else (p * a, q * (b - c))
+            for p, q in ((1, 1), (-1, 1), (-1, -1), (1, -1)):
+                flat, round_ = ((p * a, q * (b - c)), (p * (a - c), q * b))[:: p * q]
                 pieces.append((at(*flat), None, True))
                 if c > SAME_MM:
                     pieces.append((at(*round_), at(p * (a - c), q * (b - c)), True))
@@ -195,10 +195,8 @@ class _Mill:
         more = {} if level is None else {self.normal: level}
         self.pen.go({self.a: place[0], self.b: place[1], **more}, rapid=False)
 
-    def bend(self, place: Pair, centre: Pair, ccw: bool, level: float | None = None) -> None:
-        more = {} if level is None else {self.normal: level}
-        end = put(self.pen.at, {self.a: place[0], self.b: place[1], **more})
-        self.pen.arc(end, centre, ccw=ccw, checked=False)
+    def bend(self, place: Pair, centre: Pair, ccw: bool) -> None:
+        self.pen.arc(put(self.pen.at, {self.a: place[0], self.b: place[1]}), centre, ccw=ccw, checked=False)
 
     def run(self, ring: _Ring) -> None:
         """Once round, from its start and back."""
@@ -403,16 +401,12 @@ def face(pen: Pen, area: Face, cut: Cut, what: str) -> None:
     Raises PenError: E344, E333, E339, E351, E354, E301
     """
     _possible(pen, cut, what)
-    job = _Mill(pen, Rounded(area.x, area.y, 0.0, 0.0, 0.0), cut, what)
+    shape = Rounded(area.x, area.y, 0.0, 0.0, 0.0, area.turn)
+    job, at = _Mill(pen, shape, cut, what), shape.place
     if not job.knows_radius("face is that of the control, the passes that mill"):
         job.rapid(cut.back)
         return
     radius = job.radius
-    c, s = math.cos(math.radians(area.turn)), math.sin(math.radians(area.turn))
-
-    def at(u: float, v: float) -> Pair:
-        return area.x + c * u - s * v, area.y + s * u + c * v
-
     step = min(cut.step, 2.0 * radius) if cut.step > 0.0 else radius
     width, sign = abs(area.across), math.copysign(1.0, area.across)
     # every line takes a step of the width; the last ends flush with the far side

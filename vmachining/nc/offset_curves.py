@@ -72,7 +72,8 @@ def offset_arc(start: Pair, end: Pair, center: Pair, ccw: bool, turns: int, shif
         out = (point[0] - center[0]) / reach, (point[1] - center[1]) / reach
         ends.append((point[0] - toward * out[0], point[1] - toward * out[1]))
         tangents.append((-out[1], out[0]) if ccw else (out[1], -out[0]))
-    sweep = _sweep(start, end, center, ccw, turns)
+    sweep = math.tau if math.dist(start, end) < FORWARD_MM else _turn(start, end, center, ccw)
+    sweep += math.tau * (turns - 1)
     return Curve(ends[0], ends[1], tangents[0], tangents[1], end, center, ccw, sweep)
 
 
@@ -80,44 +81,28 @@ def _angle(point: Pair, center: Pair) -> float:
     return math.atan2(point[1] - center[1], point[0] - center[0])
 
 
-def _sweep(start: Pair, end: Pair, center: Pair, ccw: bool, turns: int) -> float:
+def _turn(start: Pair, end: Pair, center: Pair, ccw: bool) -> float:
+    """Angle from one point to another in one sense, in [0, tau)."""
     angle = _angle(end, center) - _angle(start, center)
-    angle = (angle if ccw else -angle) % math.tau
-    if math.dist(start, end) < FORWARD_MM:
-        angle = math.tau
-    return angle + math.tau * (turns - 1)
+    return (angle if ccw else -angle) % math.tau
 
 
 def _advance(curve: Curve, start: Pair, end: Pair) -> float:
     """Angle from one point to another in the direction of travel, in (-pi, pi]."""
     assert curve.center is not None
     angle = _angle(end, curve.center) - _angle(start, curve.center)
-    angle = math.remainder(angle if curve.ccw else -angle, math.tau)
-    return angle
+    return math.remainder(angle if curve.ccw else -angle, math.tau)
 
 
-def trim_end(curve: Curve, point: Pair) -> Curve | None:
-    """The curve with another end on it; None where nothing would be left, or it would run backwards."""
+def trimmed(curve: Curve, *, start: Pair | None = None, end: Pair | None = None) -> Curve | None:
+    """The curve with another start or end on it; None where nothing would be left, or it would run backwards."""
+    p, q, sweep, t = start or curve.start, end or curve.end, curve.sweep, curve.first
     if curve.center is None:
-        t = curve.last
-        left = (point[0] - curve.start[0]) * t[0] + (point[1] - curve.start[1]) * t[1]
-        return curve._replace(end=point) if left > FORWARD_MM else None
-    sweep = curve.sweep + _advance(curve, curve.end, point)
-    if sweep * math.dist(curve.start, curve.center) <= FORWARD_MM:
-        return None
-    return curve._replace(end=point, sweep=sweep)
-
-
-def trim_start(curve: Curve, point: Pair) -> Curve | None:
-    """The curve with another start on it."""
-    if curve.center is None:
-        t = curve.first
-        left = (curve.end[0] - point[0]) * t[0] + (curve.end[1] - point[1]) * t[1]
-        return curve._replace(start=point) if left > FORWARD_MM else None
-    sweep = curve.sweep - _advance(curve, curve.start, point)
-    if sweep * math.dist(curve.start, curve.center) <= FORWARD_MM:
-        return None
-    return curve._replace(start=point, sweep=sweep)
+        left = (q[0] - p[0]) * t[0] + (q[1] - p[1]) * t[1]
+    else:
+        sweep -= _advance(curve, curve.start, start) if start else -_advance(curve, curve.end, q)
+        left = sweep * math.dist(curve.start, curve.center)
+    return curve._replace(start=p, end=q, sweep=sweep) if left > FORWARD_MM else None
 
 
 def meet(before: Curve, after: Curve) -> Pair | None:
@@ -337,14 +322,8 @@ def _foot(item: Segment, point: Pair) -> Pair:
 def _lies_on(item: Segment, point: Pair) -> bool:
     if item.center is None:
         return 0.0 <= _along(item, point)[1] <= math.dist(item.start, item.end)
-    whole = _swept(item, item.end) or math.tau
-    return _swept(item, point) <= whole + 1e-9
-
-
-def _swept(item: Segment, point: Pair) -> float:
-    assert item.center is not None
-    a, b = _angle(point, item.center), _angle(item.start, item.center)
-    return (a - b if item.ccw else b - a) % math.tau
+    swept, whole = (_turn(item.start, place, item.center, item.ccw) for place in (point, item.end))
+    return swept <= (whole or math.tau) + 1e-9
 
 
 SAMPLES: Final = 12
@@ -408,12 +387,8 @@ def _distance(point: Pair, a: Pair, b: Pair, move: Move) -> float:
         t = ((point[0] - a[0]) * (b[0] - a[0]) + (point[1] - a[1]) * (b[1] - a[1])) / length**2
         t = min(1.0, max(0.0, t))
         return math.dist(point, (a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])))
-    c, sense = move.center, 1.0 if move.motion is Motion.ARC_CCW else -1.0
-    begin = math.atan2(a[1] - c[1], a[0] - c[0])
-    sweep = (sense * (math.atan2(b[1] - c[1], b[0] - c[0]) - begin)) % math.tau
-    if move.turns > 1 or math.dist(a, b) < 1e-9:
-        sweep = math.tau
-    here = (sense * (math.atan2(point[1] - c[1], point[0] - c[0]) - begin)) % math.tau
-    if here <= sweep:
+    c, ccw = move.center, move.motion is Motion.ARC_CCW
+    sweep = math.tau if move.turns > 1 or math.dist(a, b) < 1e-9 else _turn(a, b, c, ccw)
+    if _turn(a, point, c, ccw) <= sweep:
         return abs(math.dist(point, c) - math.dist(a, c))
     return min(math.dist(point, a), math.dist(point, b))

@@ -56,7 +56,7 @@ def tool_number(run: Run, letter: str, value: float) -> int:
     return number
 
 
-def write(run: Run, word: Word | None) -> None:
+def write(run: Run, code: int, word: Word) -> None:
     """G10 L2 Pn (offsets of a work offset, R its rotation), G10 L20 Pn (so that the tool stands there); tools."""
     block, state = run.block, run.state
     kind, place = block.value("L"), block.value("P")
@@ -79,7 +79,11 @@ def write(run: Run, word: Word | None) -> None:
     given = _given(run)
     new = put(old, given) if kind == 2.0 else _standing(run, code, old, given)
     state.offsets = {**state.offsets, code: new}
-    _first_zero(run, code, new)
+    # where a program of the Fanuc family gives G54 itself, before it moves, the zero of the job is: the machine stands where
+    # it stood over that zero; where the job gives work offsets, it counts from those
+    untouched = state.sim == run.settings.home and state.synced and state.work == code == WORK_OFFSETS[0]
+    if run.settings.family and not run.settings.work_offsets and untouched:
+        state.start_offset, state.machine = new, add(state.sim, new)
     angles = dict(state.rotary_work.get(code, {}))
     for letter in block.rotary:
         axis, value = letter.lower(), block.words[letter][0]
@@ -90,18 +94,7 @@ def write(run: Run, word: Word | None) -> None:
         state.place_offsets()
 
 
-def _first_zero(run: Run, code: int, new: Point) -> None:
-    """A program of the Fanuc family that gives G54 itself, before it moves: there is the zero of the job.
-
-    The machine stands where it stood over that zero; where the job gives work offsets, it counts from those.
-    """
-    state = run.state
-    untouched = state.sim == run.settings.home and state.synced and state.work == code == WORK_OFFSETS[0]
-    if run.settings.family and not run.settings.work_offsets and untouched:
-        state.start_offset, state.machine = new, add(state.sim, new)
-
-
-def _write_tool(run: Run, kind: int, word: Word | None) -> None:
+def _write_tool(run: Run, kind: int, word: Word) -> None:
     """G10 L1 (offsets and radius R of tool P), L10 and L11 (so that the tool, measured here, stands there).
 
     L10 counts in the work offset in force, L11 in G59.3 without G92. Nothing moves before the next G43.
@@ -154,7 +147,7 @@ def _standing(run: Run, code: int, old: Point, given: dict[int, float]) -> Point
     return add(old, subtract(before, after))
 
 
-def declare(run: Run, word: Word | None) -> None:
+def declare(run: Run, code: int, word: Word) -> None:
     """G92: the tool stands at the given coordinates."""
     block, state = run.block, run.state
     if not block.axes and not block.rotary:
@@ -174,7 +167,7 @@ def declare(run: Run, word: Word | None) -> None:
     state.rotary_g92 = state.rotary_saved = angles
 
 
-def local(run: Run, word: Word | None) -> None:
+def local(run: Run, code: int, word: Word) -> None:
     """G52: the offset itself; it shares its registers with G92, as in the reference control."""
     block, state = run.block, run.state
     if not block.axes:
@@ -195,7 +188,7 @@ def _set_g92(run: Run, offset: Point, offset_sim: Point) -> None:
     state.place_offsets()
 
 
-def g92(run: Run, code: int) -> None:
+def g92(run: Run, code: int, word: Word) -> None:
     """G92.1 forgets the offset, G92.2 suspends it, G92.3 takes it back."""
     state = run.state
     if code == 923:
@@ -210,7 +203,7 @@ def g92(run: Run, code: int) -> None:
     state.place_offsets()
 
 
-def keep_reference(run: Run, code: int) -> None:
+def keep_reference(run: Run, code: int, word: Word) -> None:
     """G28.1, G30.1: the reference point is here."""
     state = run.state
     first, second = state.references
@@ -220,11 +213,11 @@ def keep_reference(run: Run, code: int) -> None:
     state.rotary_references = (state.rotary, two) if code == 281 else (one, state.rotary)
 
 
-def reference(run: Run, code: int) -> None:
+def reference(run: Run, code: int, word: Word) -> None:
     """G28, G30: by the intermediate point to the reference point, with the axes named or with all."""
     state, block = run.state, run.block
     if state.compensation is not None:
-        raise run.fail("E359", block.g[0][1], f"{spell('G', code)} with cutter compensation on")
+        raise run.fail("E359", word, f"{spell('G', code)} with cutter compensation on")
     named = block.axes + block.rotary
     run.emit(Motion.RAPID, *run.target(), None, rotary=run.rotary_target())
     state.between = state.machine
@@ -261,17 +254,17 @@ def slides(run: Run, places: dict[int, float]) -> tuple[Point, Point]:
     return sim, add(sim, state.lag)
 
 
-def from_reference(run: Run) -> None:
+def from_reference(run: Run, code: int, word: Word) -> None:
     """G29: through the intermediate point of the last G28 to the axis words.
 
     Raises BlockError: E371 without axis words, or before any G28; E359.
     """
     state, block = run.state, run.block
     if state.compensation is not None:
-        raise run.fail("E359", block.g[0][1], "G29 with cutter compensation on")
+        raise run.fail("E359", word, "G29 with cutter compensation on")
     if state.between is None or not (block.axes or block.rotary):
         what = "G29 without an axis word" if state.between is not None else "G29 before any G28"
-        raise run.fail("E371", block.g[0][1], what)
+        raise run.fail("E371", word, what)
     goal = run.target()
     given, between = _given(run), state.between
     machine = put(state.machine, {axis: between[axis] for axis in given})

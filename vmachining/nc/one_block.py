@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final, NamedTuple
 
 from vmachining.nc.block import (
     AXIS_CLAIMING,
@@ -25,18 +26,18 @@ from vmachining.nc.fanuc_line import Words
 from vmachining.nc.fanuc_lines import heads, numbered, plain_lathe, prepare, tool_changer
 from vmachining.nc.fanuc_okuma import user_task
 from vmachining.nc.fanuc_variables import FAMILY_FREE
+from vmachining.nc.files import MAX_BYTES, decode_program, find_file, find_tape
 from vmachining.nc.findings import CATALOGUE
-from vmachining.nc.flow import Flow
+from vmachining.nc.flow import Flow, Structure, find_structure, unread
 from vmachining.nc.frames import PLANES, UP
 from vmachining.nc.interpreter import INCH, execute
-from vmachining.nc.lexer import MAX_VALUE, LexedLine, Word, lex_line
+from vmachining.nc.lexer import MAX_VALUE, LexedLine, Word, lex_line, split_lines
 from vmachining.nc.model import Finding, Motion, Move, add
 from vmachining.nc.placing import carried, pivoted
 from vmachining.nc.quick import Repeated, Templates
 from vmachining.nc.run import BlockError, Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, Memory, State
-from vmachining.nc.subfiles import SubFiles
 
 MAX_ERRORS: Final = 1000
 """Records of severity E after which a file is given up."""
@@ -48,6 +49,95 @@ MAX_WARNINGS: Final = 200
 """Records of one warning code that are listed."""
 
 _ABORT: Final = re.compile(r"\([ \t]*abort[ \t]*,", re.IGNORECASE)
+
+
+SUFFIXES: Final = (".ngc", ".nc")
+SUFFIXES_OF_FAMILY: Final = "nc|ngc|txt|tap|cnc|eia|min|ssb|sub|prg|ptp|mac"
+_NAME: Final = re.compile(r"[a-z0-9_+\-][a-z0-9_+.\-]*")
+"""Labels that name a file: no folders, nothing hidden."""
+
+
+class SubFile(NamedTuple):
+    """A file that was read. first, stop : its place in the lines of the reader, 0-based."""
+
+    name: str
+    first: int
+    stop: int
+
+
+class SubFiles:
+    """Subprograms in separate files, each read once.
+
+        o<name> call and O100 call     the file name.ngc, 100.ngc, which holds that sub
+        M98 P100                       the file 100.ngc, which holds the program O100
+        the same, G65, G66, M198 of the Fanuc family     O0100.nc, 100.txt, O100: a number, whatever stands about it
+
+    Folders are searched in order, capitals mean nothing. The lines of a file are hung behind those of the program, so that
+    everything that runs has one index; findings and motions of such lines belong to the line of the program that called.
+
+    folders : searched in this order.
+    lines : of the program; those of the files are added behind an empty one each.
+    plain : makes lines plain for the lexer.
+    """
+
+    def __init__(
+        self, folders: Sequence[Path], lines: list[str], plain: Callable[[list[str]], list[str]] = list
+    ) -> None:
+        self.folders, self.lines, self.plain = folders, lines, plain
+        self.own = len(lines)
+        self.files: list[SubFile] = []
+        self.paths: list[Path] = []
+        self.tried: set[str] = set()
+
+    def load(self, label: str, structure: Structure) -> None:
+        """Read the file of a label and add what steers in it, where one exists and was not read before.
+
+        Raises NCError: The file is binary, too large, or cannot be read.
+        """
+        name = label.strip("<>")
+        if label in self.tried or not _NAME.fullmatch(name):
+            return
+        self.tried.add(label)
+        path = self._find((name + SUFFIXES[0]).__eq__) or self._find((name + SUFFIXES[1]).__eq__)
+        if path is not None:
+            file = self._hang(path)
+            if (found := find_structure(self.lines, file.first, file.stop)) is not None:
+                structure.add(found)
+
+    def load_program(self, number: int) -> SubFile | None:
+        """The file of a program of the Fanuc family; None where none exists.
+
+        Raises NCError: As `load`.
+        """
+        named = re.compile(rf"[o:]?0*{number}(?:\.(?:{SUFFIXES_OF_FAMILY}))?")
+        path = self._find(named.fullmatch)
+        return self._hang(path) if path is not None else None
+
+    def _hang(self, path: Path) -> SubFile:
+        """The lines of a file behind those that are known."""
+        with path.open("rb") as file:
+            text = self.plain(split_lines(decode_program(file.read(MAX_BYTES + 1), str(path))))
+        self.lines += ["", *text]
+        start = len(self.lines) - len(text)
+        first, stop, _ = find_tape(text)
+        self.files.append(SubFile(path.name, start + first, start + stop))
+        self.paths.append(path)
+        return self.files[-1]
+
+    def _find(self, fits: Callable[[str], object]) -> Path | None:
+        """The first file whose name, in small letters, fits."""
+        return find_file(self.folders, lambda entry: fits(entry.name.lower()))
+
+    def holding(self, index: int) -> SubFile | None:
+        """The file of a line; None for lines of the program."""
+        return next((file for file in self.files if file.first <= index < file.stop), None)
+
+    def stop(self, index: int, stop: int) -> int:
+        """The line after the last of the file that holds this one; `stop` for the program."""
+        if index < self.own:
+            return stop
+        file = self.holding(index)
+        return index if file is None else file.stop
 
 
 class GiveUpError(Exception):
@@ -142,29 +232,13 @@ class OneBlock:
         for problem in self._ahead(words, self.state, called or number, n, self.moves, []):
             self.report(problem, number, n)
 
-    def report(self, problem: Problem, line: int, n: int | None) -> None:
-        """Record a problem; warnings of one kind only up to a limit."""
-        word = problem.word
-        if word is None:
-            self._record(problem.code, line, 1, 0, n, "", problem.message, problem.hint)
-        else:
-            place = word.col, word.length
-            self._record(problem.code, line, *place, n, word.text, problem.message, problem.hint)
-
     def _note(self, problem: Problem) -> None:
-        self.report(problem, self.memory.line, None)
+        self.report(problem, self.memory.line)
 
-    def _record(
-        self,
-        code: str,
-        line: int,
-        col: int,
-        length: int,
-        n: int | None,
-        word: str,
-        message: str,
-        hint: str = "",
-    ) -> None:
+    def report(self, problem: Problem, line: int, n: int | None = None) -> None:
+        """Record a problem; warnings of one kind only up to a limit."""
+        code, at, message, hint = problem
+        col, length, word = (1, 0, "") if at is None else (at.col, at.length, at.text)
         if self.flow is not None:  # a line that runs often says it once
             if (line, col, code) in self.reported:
                 return
@@ -178,11 +252,11 @@ class OneBlock:
                 return
         elif code[0] == "E":
             self.errors += 1
-        entry = CATALOGUE[code]
-        self.findings.append(Finding(line, col, length, n, word, code, code[0], message, hint or entry.hint))
+        hint = hint or CATALOGUE[code].hint
+        self.findings.append(Finding(line, col, length, n, word, code, code[0], message, hint))
 
     def _flow_problem(self, problem: Problem, index: int) -> None:
-        self.report(problem, index + 1, None)
+        self.report(problem, index + 1)
         if self.errors >= MAX_ERRORS:
             raise self._too_many(index + 1)
 
@@ -190,8 +264,9 @@ class OneBlock:
         return GiveUpError("E413", behind, f"over {len(self.moves) - 1} motions: is there an end?")
 
     def _too_many(self, behind: int) -> GiveUpError:
-        rest = len(self.lines) - behind
-        what = f"{self.errors} errors so far: the {rest} lines from here on are not examined"
+        what = (
+            f"{self.errors} errors so far: the {len(self.lines) - behind} lines from here on are not examined"
+        )
         return GiveUpError("E408", behind, what)
 
     def _block(self, number: int, text: str, called: int | None, *, fresh: bool = False) -> None:
@@ -211,8 +286,8 @@ class OneBlock:
             self._check_number(number, n, lexed.words[0])
         problems: list[Problem] = []
         if lexed.errors:
-            for e in lexed.errors:
-                self._record(e.code, number, e.col, e.length, n, e.text[:60], e.message, e.hint)
+            for error in lexed.errors:
+                self.report(unread(error), number, n)
             return
         self.memory.line = number
         try_state = self.state.clone()
@@ -261,10 +336,10 @@ class OneBlock:
             self._go_on(block, problems)
         if any(problem.code == "E413" for problem in problems):  # it may stand in a loop
             raise GiveUpError("E413", number - 1, problems[0].message)
-        for problem in problems:
-            if problem.message.startswith("#3000 ="):
-                raise GiveUpError("E108", number - 1, problem.message)
         if problems:
+            for problem in problems:
+                if problem.message.startswith("#3000 ="):
+                    raise GiveUpError("E108", number - 1, problem.message)
             for problem in problems:
                 self.report(problem, number, n)
             return
@@ -318,7 +393,7 @@ class OneBlock:
         )  # fmt: skip
         moves, findings = pivoted(cause, state, self.settings, axis)
         for item in findings:
-            self._record(item.code, line, 1, 0, n, "", item.message)
+            self.report(Problem(item.code, None, item.message), line, n)
         return moves
 
     def _ahead(

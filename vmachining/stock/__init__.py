@@ -10,8 +10,7 @@ Goal: nobody outside knows where a stock comes from, and no engine reads files.
 
 | file | holds |
 |---|---|
-| `shapes.py` | `Stock`, `BoxStock`, `CylinderStock`, `MeshStock`, `StepStock`, `Triangles` |
-| `blank.py` | `Blank`: what a solid is built of |
+| `shapes.py` | `Blank`, `Stock`, `BoxStock`, `CylinderStock`, `MeshStock`, `StepStock`, `Triangles` |
 | `files.py` | `read_mesh`, `closed_mesh`: triangles that enclose a solid, or what keeps them from it |
 | `threemf.py` | `read_3mf`: triangles of a 3MF package, within limits |
 | `_kernels.py` | distances to triangles and their crossings, in numba |
@@ -21,9 +20,8 @@ Source: signs of distances by angle-weighted pseudonormals (Baerentzen and Aanae
 Known limits: distances and crossings of meshes look at every triangle near, without a tree.
 """
 
-from vmachining.stock.blank import Blank
 from vmachining.stock.files import closed_mesh, read_mesh
-from vmachining.stock.shapes import BoxStock, CylinderStock, MeshStock, StepStock, Stock, Triangles
+from vmachining.stock.shapes import Blank, BoxStock, CylinderStock, MeshStock, StepStock, Stock, Triangles
 
 __all__ = [
     "Blank", "BoxStock", "CylinderStock", "MeshStock", "StepStock", "Stock", "Triangles", "closed_mesh", "read_mesh",

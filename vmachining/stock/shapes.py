@@ -14,8 +14,34 @@ from vmachining.errors import StockError
 from vmachining.geometry import RayIntervals
 from vmachining.geometry.boxtree import box_tree, curve_order
 from vmachining.stock import _kernels
-from vmachining.stock.blank import Blank
 from vmachining.tolerance import LENGTH_EPS_MM
+
+
+@dataclass(frozen=True, slots=True)
+class Blank:
+    """Raw stock: box (lo, hi), cylinder (center, radius, z), a STEP file, or triangles. Lengths in mm.
+
+    kind : "box", "cylinder", "step" or "triangles". triangles : rows of three corners, outward.
+    """
+
+    kind: str
+    lo: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hi: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    center: tuple[float, float] = (0.0, 0.0)
+    radius: float = 0.0
+    file: str = ""
+    triangles: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def bounds(self) -> Floats | None:
+        """(2, 3) mm of a box or a cylinder, to the last bit."""
+        if self.kind == "box":
+            return np.array([self.lo, self.hi], dtype=np.float64)
+        if self.kind == "cylinder":
+            (x, y), r = self.center, self.radius
+            return np.array([(x - r, y - r, self.lo[2]), (x + r, y + r, self.hi[2])], dtype=np.float64)
+        return None
+
 
 SAG_SHARE = 3.0
 """chord / depth of a facet: facets inside and outside of a circle are then no more than the chord apart."""
@@ -73,8 +99,17 @@ class Stock(Protocol):
         ...
 
 
+class _Exact:
+    """A stock that is what it represents."""
+
+    __slots__ = ()
+
+    def slack_near(self, box: Floats) -> float:
+        return 0.0
+
+
 @dataclass(frozen=True, slots=True, eq=False, init=False)
-class BoxStock:
+class BoxStock(_Exact):
     """Axis-parallel box; lo, hi (3,) mm."""
 
     lo: Floats
@@ -92,34 +127,26 @@ class BoxStock:
         return np.stack([self.lo, self.hi])
 
     def crossings(self, places: Floats) -> RayIntervals:
-        """See `Stock`."""
         inside = (places > self.lo[:2]) & (places < self.hi[:2])
         return _uniform(inside[:, 0] & inside[:, 1], self.lo[2], self.hi[2])
 
     def mesh(self, chord: float) -> tuple[Triangles, Triangles]:
-        """See `Stock`; exact."""
         (x0, y0, z0), (x1, y1, z1) = self.bounds.tolist()
         ring = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
         exact = prism(ring, z0, z1)
         return exact, exact
 
     def solid(self) -> Blank:
-        """See `Stock`."""
         (x, y, z), (a, b, c) = self.bounds.tolist()
         return Blank("box", (x, y, z), (a, b, c))
 
-    def slack_near(self, box: Floats) -> float:
-        """See `Stock`."""
-        return 0.0
-
     def signed_distance(self, points: Floats) -> Floats:
-        """See `Stock`."""
         over = np.maximum(self.lo - points, points - self.hi)
         return np.asarray(np.linalg.norm(np.maximum(over, 0.0), axis=1) + np.minimum(over.max(axis=1), 0.0))
 
 
 @dataclass(frozen=True, slots=True)
-class CylinderStock:
+class CylinderStock(_Exact):
     """Upright cylinder about `center` (x, y), from z[0] to z[1]; mm."""
 
     center: tuple[float, float]
@@ -140,7 +167,6 @@ class CylinderStock:
         return np.array([[*(middle - r), self.z[0]], [*(middle + r), self.z[1]]], dtype=np.float64)
 
     def crossings(self, places: Floats) -> RayIntervals:
-        """See `Stock`."""
         inside = ((places - self.center) ** 2).sum(axis=1) < self.radius**2
         return _uniform(inside, *self.z)
 
@@ -158,23 +184,17 @@ class CylinderStock:
         return prism(rings[0], *self.z), prism(rings[1], *self.z)
 
     def solid(self) -> Blank:
-        """See `Stock`."""
         low, high = self.z
         return Blank("cylinder", (0.0, 0.0, low), (0.0, 0.0, high), center=self.center, radius=self.radius)
 
-    def slack_near(self, box: Floats) -> float:
-        """See `Stock`."""
-        return 0.0
-
     def signed_distance(self, points: Floats) -> Floats:
-        """See `Stock`."""
         aside = np.hypot(points[:, 0] - self.center[0], points[:, 1] - self.center[1]) - self.radius
         above = np.maximum(self.z[0] - points[:, 2], points[:, 2] - self.z[1])
         out = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
         return np.asarray(out + np.minimum(np.maximum(aside, above), 0.0))
 
 
-class MeshStock:
+class MeshStock(_Exact):
     """Closed mesh, taken as the exact stock. vertices (n, 3) mm; triangles (m, 3) of indices, outward.
 
     What a mesh of a file must be is asked by `read_mesh` and `closed_mesh`.
@@ -198,7 +218,6 @@ class MeshStock:
         return np.stack([used.min(axis=0), used.max(axis=0)])
 
     def mesh(self, chord: float) -> tuple[Triangles, Triangles]:
-        """See `Stock`; exact."""
         exact = Triangles(self.vertices, self.triangles)
         return exact, exact
 
@@ -206,12 +225,7 @@ class MeshStock:
         """See `Stock`; a face for every triangle."""
         return Blank("triangles", triangles=tuple(map(tuple, self.corners.reshape(-1, 9).tolist())))
 
-    def slack_near(self, box: Floats) -> float:
-        """See `Stock`."""
-        return 0.0
-
     def signed_distance(self, points: Floats) -> Floats:
-        """See `Stock`."""
         out = np.empty(len(points))
         where = np.ascontiguousarray(points, dtype=np.float64)
         _kernels.mesh_distances(where, *self.nearest, out)

@@ -12,8 +12,7 @@ volumes) is written once.
 
 | file | holds |
 |---|---|
-| `profile.py` | `Profile`, `Segment`: the meridian and what follows from it |
-| `cover.py` | `convex_cover`: overlapping convex pieces |
+| `profile.py` | `Profile`, `Segment`: the meridian and what follows from it; `convex_cover`: overlapping convex pieces |
 | `edge.py` | `Edge`: the cutting edge as a curve, straight or with a constant lead |
 | `cutters.py` | `FlatEnd`, `BallNose`, `BullNose`, `Taper`, `ProfileTool` and their common base `Cutter` |
 | `apt.py` | `AptTool`: the seven parameters of APT |
@@ -30,10 +29,9 @@ polylines. Teeth are a number; the helix is one too, until somebody asks for an 
 """
 
 from vmachining.tool.apt import AptTool
-from vmachining.tool.cover import convex_cover
 from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper, Tool
 from vmachining.tool.edge import Edge, EdgeParts
-from vmachining.tool.profile import Profile, Segment
+from vmachining.tool.profile import Profile, Segment, convex_cover
 from vmachining.tool.table import mapping_of_tool, tool_from_mapping
 
 __all__ = [

@@ -3,12 +3,11 @@
 | file | holds |
 |---|---|
 | `triangle.py` | `Triangle`: a pocket with three sides and round corners |
-| `pocket.py` | four strategies for it: paths, lengths as published and as they are, coverage, advice |
+| `pocket.py` | four strategies for it: paths, lengths as published and as they are, coverage, advice; program and job |
 | `clpath.py` | `CLPath`: poses in order; as NC program, table of poses, APT file |
 | `rotary.py` | `rotary_program`: a leaning tool as an NC program of one machine, by its inverse kinematics |
 | `flank.py` | `flank_path`: ruled faces with the side of the tool |
 | `facets/` | surfaces of facets: drop cutter, passes in three and five axes, waterlines |
-| `program.py` | a path as a program of dialect `iso`, with the job that cuts it |
 
 Source: spec C for pockets. No engine is imported: the engines compute what a path cuts.
 """

@@ -11,22 +11,12 @@ below RFP. Every cycle: rapid to s, body, rapid to RTP.
 | 85, 89 | feed to the depth (FFR), dwell, feed back (RFF) to s |
 | 86, 87, 88 | feed to the depth, rapid back; the lift off the wall with the spindle still is left out |
 
-Distance ahead: 0.6 mm to a depth of 30 mm, then a
-fiftieth of the depth, 7 mm at most.
+Distance ahead: 0.6 mm to a depth of 30 mm, then a fiftieth of the depth, 7 mm at most.
 
-| cycle | shape | values in their order |
-|---|---|---|
-| POCKET1 | rectangle | RTP RFP SDIS DP DPR LENG WID CRAD CPA CPO STA1 FFD FFP1 MID CDIR FAL VARI MIDF FFP2 |
-| POCKET2 | circle | RTP RFP SDIS DP DPR PRAD CPA CPO FFD FFP1 MID CDIR FAL VARI MIDF FFP2 |
-| POCKET3 | rectangle | RTP RFP SDIS DP LENG WID CRAD PA PO STA MID FAL FALD FFP1 FFD CDIR VARI MIDA AP1 AP2 AD RAD1 DP1 |
-| POCKET4 | circle | RTP RFP SDIS DP PRAD PA PO MID FAL FALD FFP1 FFD CDIR VARI MIDA AP1 AD RAD1 DP1 |
-| SLOT2 | arcs on a circle | RTP RFP SDIS DP DPR NUM AFSL WID CPA CPO RAD STA1 INDA FFD FFP1 MID CDIR FAL VARI MIDF FFP2 |
-| CYCLE76 | rectangular stud | RTP RFP SDIS DP DPR LENG WID CRAD PA PO STA MID FAL FALD FFP1 FFD CDIR VARI AP1 AP2 |
-| CYCLE77 | circular stud | RTP RFP SDIS DP DPR PRAD PA PO MID FAL FALD FFP1 FFD CDIR VARI AP1 |
-| CYCLE71 | face | RTP RFP SDIS DP PA PO LENG WID STA MID MIDA FDP FALD FFP1 VARI FDP1 |
-| CYCLE61 | face | RTP RFP SDIS DP PA PO LENG WID MID MIDA FALD FFP1 VARI LIM DMODE AMODE |
+Pockets are rectangles (POCKET1, POCKET3) and circles (POCKET2, POCKET4), SLOT2 has arcs on a circle, studs are rectangles
+(CYCLE76) and circles (CYCLE77), CYCLE71 and CYCLE61 mill a face; `_ORDER` names their values.
 
-Behind these POCKET3, POCKET4 and CYCLE61 have the values of newer controls: GMODE, whose fourth digit says from where the
+POCKET3, POCKET4 and CYCLE61 have the values of newer controls: GMODE, whose fourth digit says from where the
 place counts, DMODE, whose first is the plane, and AMODE, whose digits say how depths and steps count. With them the fifth
 value of POCKET4 is a diameter, which is said.
 CDIR: 0 climb, 1 conventional, 2 by G2, 3 by G3. VARI, units: 1 roughing, 2 finishing (POCKET1, POCKET2, SLOT2: 0 both);

@@ -3,13 +3,11 @@
 | file | holds |
 |---|---|
 | `stl.py` | `read_stl`: binary and ASCII, strictly |
-| `mesh.py` | `FacetMesh`: shared vertices, neighbours, normals at vertices and edges, complaints |
+| `mesh.py` | `FacetMesh`: shared vertices, neighbours, normals at vertices and edges, complaints; `height_field` |
 | `cloud.py` | `read_cloud`: measured points as a surface |
-| `fields.py` | `height_field`: facets from heights over a grid |
 | `drop.py`, `_kernels.py` | `Surface`: heights, drop cutter |
-| `contact.py` | `cl_points`: CC point to CL point with lead and tilt; `scallop_step` |
 | `passes.py` | `raster`: parallel passes in three axes, by scallop or step, within a chord tolerance |
-| `ridges.py` | what two passes leave between them, and so the step over of a scallop height |
+| `ridges.py` | `cl_points`: CC point to CL point with lead and tilt; what two passes leave between them, `scallop_step` |
 | `fiveaxis.py` | `five_axis_raster`: passes with lead and tilt, free of interference; `normals_at` |
 | `levels.py` | `push_cutter`, `waterline`, `waterline_path`: closed loops at a height |
 
@@ -19,14 +17,12 @@ triangle's plane leave a few triangles to ask.
 """
 
 from vmachining.toolpath.facets.cloud import read_cloud
-from vmachining.toolpath.facets.contact import cl_points, scallop_step
 from vmachining.toolpath.facets.drop import Contact, Surface, radii
-from vmachining.toolpath.facets.fields import height_field
 from vmachining.toolpath.facets.fiveaxis import five_axis_raster, normals_at
 from vmachining.toolpath.facets.levels import push_cutter, waterline, waterline_path
-from vmachining.toolpath.facets.mesh import FacetMesh, edge_normal
+from vmachining.toolpath.facets.mesh import FacetMesh, edge_normal, height_field
 from vmachining.toolpath.facets.passes import raster
-from vmachining.toolpath.facets.ridges import leaning_ridges, upright_ridges
+from vmachining.toolpath.facets.ridges import cl_points, leaning_ridges, scallop_step, upright_ridges
 from vmachining.toolpath.facets.stl import read_stl
 
 __all__ = [

@@ -24,11 +24,10 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
 from vmachining.toolpath.clpath import CLPath, Mark
-from vmachining.toolpath.facets.contact import Located, cl_points, scallop_step
 from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
 from vmachining.toolpath.facets.passes import checked_sizes, directions, overhang_notes
-from vmachining.toolpath.facets.ridges import leaning_ridges, widest_step
+from vmachining.toolpath.facets.ridges import Located, cl_points, leaning_ridges, scallop_step, widest_step
 
 NormalKind = Literal["facet", "resultant", "area", "angle"]
 SHARP_DEG = 30.0

@@ -21,10 +21,9 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
 from vmachining.toolpath.clpath import CLPath, Mark
-from vmachining.toolpath.facets.contact import scallop_step
 from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
-from vmachining.toolpath.facets.ridges import upright_ridges, widest_step
+from vmachining.toolpath.facets.ridges import scallop_step, upright_ridges, widest_step
 
 INNER = np.array([0.25, 0.5, 0.75])
 STEEP_DEG = 75.0
