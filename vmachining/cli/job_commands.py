@@ -9,24 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from vmachining.cli.options import (
-    Engine,
-    Json,
-    Library,
-    OneTool,
-    Out,
-    Quiet,
-    Resume,
-    Scheduler,
-    StockOut,
-    Units,
-    arg,
-    argument,
-    command,
-    flag,
-    opt,
-    switch,
-)
+from vmachining.cli import options as each
+from vmachining.cli.options import arg, argument, command, flag, opt, switch
 
 jobs = typer.Typer()
 
@@ -56,9 +40,9 @@ class RunOptions:
     workers: int | None = opt(
         None, None, "Processes that cut (default: the cores, for long programs).", min=1
     )
-    scheduler: Scheduler = None
+    scheduler: each.Scheduler = None
     part: str | None = opt(None, "K/N", "Only part K of N, for `merge`, such as 3/64.")
-    stock: StockOut = "stl"
+    stock: each.StockOut = "stl"
     stock_at: str | None = opt(None, "BLOCKS", "Workpiece after blocks 7,12-14: stock_7.step, ...")
     csv: bool = flag("--csv", "blocks.csv also above 100,000 blocks; blocks.parquet always.")
 
@@ -90,15 +74,15 @@ class Run:
     """Simulate one job: tables, summary, report, finished stock, and the rewritten program with [feed]."""
 
     job: Path = arg("JOB.toml|PROGRAM", PROGRAM_OR_JOB)
-    out: Out = None
-    tools: Library = None
-    tool: OneTool = None
-    units: Units = ""
+    out: each.Out = None
+    tools: each.Library = None
+    tool: each.OneTool = None
+    units: each.Units = ""
     options: RunOptions
-    resume: Resume = False
+    resume: each.Resume = False
     force: Force = False
-    quiet: Quiet = False
-    as_json: Json = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False
 
 
 @command(jobs, "jobs:measure", "measure job.toml --out out/measured")
@@ -106,12 +90,12 @@ class Measure:
     """Measure the finished workpiece against [design] by discrete vectors: overcut, undercut, where it is."""
 
     job: Path = arg("JOB.toml", "Job file with [design].")
-    out: Out = None
-    stock: StockOut = "stl"
-    resume: Resume = False
+    out: each.Out = None
+    stock: each.StockOut = "stl"
+    resume: each.Resume = False
     force: Force = False
-    quiet: Quiet = False
-    as_json: Json = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False
 
 
 @command(jobs, "jobs:merge_", "merge out/part.part-*-of-4 --out out/part")
@@ -119,11 +103,11 @@ class Merge:
     """Join all parts of a run into the result of a single run, with schedule, second opinions and files."""
 
     folders: list[Path] = arg("DIR...", "Directories that `run --part K/N` wrote.")
-    out: Out = None
-    stock: StockOut = "stl"
+    out: each.Out = None
+    stock: each.StockOut = "stl"
     force: Force = False
-    quiet: Quiet = False
-    as_json: Json = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False
 
 
 Result = Annotated[Path, argument("RESULT", "Directory of a complete result.")]
@@ -139,8 +123,8 @@ class CheckResult:
     brep: str = opt("sample", "WHICH", "sample, all or blocks 3,7-12.")
     brep_seconds: float | None = opt(None, "S", BREP_SECONDS, min=1.0)
     workers: int | None = opt(None, None, "Processes that check.", min=1)
-    quiet: Quiet = False
-    as_json: Json = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False
 
     def asked(self) -> dict[str, Any]:
         """Options of the run that change."""
@@ -153,8 +137,8 @@ class Contact:
 
     result: Result
     blocks: str = opt("all", "WHICH", "sample or all.")
-    quiet: Quiet = False
-    as_json: Json = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False
 
     def asked(self) -> dict[str, Any]:
         """Options of the run that change."""
@@ -168,11 +152,11 @@ class Init:
     program: Path = arg("PROGRAM", "NC program.")
     out: Path | None = opt(None, "JOB.toml", "The file to write; default: next to the program; - prints it.")
     dialect: str | None = opt(None, None, "Of the program; default: detected and reported.")
-    tools: Library = None
-    tool: OneTool = None
-    units: Units = ""
+    tools: each.Library = None
+    tool: each.OneTool = None
+    units: each.Units = ""
     force: bool = flag("--force", "Overwrite the file.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(
@@ -187,18 +171,18 @@ class Batch:
     files: list[Path] = arg("JOB.toml...", "Job files.")
     out: Path = opt(Path("out"), "DIR", "One directory per job in it.")
     workers: int | None = opt(None, None, "Processes of this machine (default: 1).", min=1)
-    scheduler: Scheduler = None
-    stock: StockOut = "stl"
-    resume: Resume = False
-    quiet: Quiet = False
-    as_json: Json = False
+    scheduler: each.Scheduler = None
+    stock: each.StockOut = "stl"
+    resume: each.Resume = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False
 
 
 @command(jobs, "warm:warm", "warm")
 class Warm:
     """Compile all kernels now, in two processes: no later command has to wait for them."""
 
-    quiet: Quiet = False
+    quiet: each.Quiet = False
 
 
 @command(jobs, "demo:demo", "demo --out out/demo", "demo --list", "demo mould --out out/mould")
@@ -207,10 +191,10 @@ class Demo:
 
     name: str = arg("[NAME]", "Model; --list names them.", "slot")
     listed: bool = flag("--list", "Name the models, and what each shows.")
-    out: Out = None
-    stock: StockOut = "stl"
-    quiet: Quiet = False
-    as_json: Json = False
+    out: each.Out = None
+    stock: each.StockOut = "stl"
+    quiet: each.Quiet = False
+    as_json: each.Json = False
 
 
 shows = typer.Typer()
@@ -237,7 +221,7 @@ class Figure:
     )
     width: float = opt(174.0, "MM", "Width of the figure.", min=50.0, max=1000.0)
     out: Path | None = opt(None, "DIR", "Where files go; default: next to the results.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(
@@ -248,7 +232,7 @@ class Describe:
 
     name: str | None = arg("[NAME|FILE]", "Preset, machine file or job; without it: all presets.", None)
     out: Path | None = opt(None, "HTML", "The page; default: NAME.html here.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(shows, "show:view", "view out/slot", "view models/slot/job.toml --port 8000")
@@ -256,8 +240,8 @@ class View:
     """The report in a browser, on loopback only: of a job while it runs and whenever its files change. Ends with Ctrl-C."""
 
     target: Path = arg("JOB.toml|DIR", "Job file, or result directory.")
-    out: Out = None
-    engine: Engine = None
+    out: each.Out = None
+    engine: each.Engine = None
     port: int = opt(0, None, "On this machine; 0: any that is free.", min=0, max=65535)
     once: bool = flag("--once", "Do not run the job again when its files change.")
 
@@ -270,8 +254,8 @@ class Strategies:
     """
 
     target: Path = arg("JOB.toml|DIR", "Job with [feed], or result directory of one.")
-    out: Out = None
-    engine: Engine = None
+    out: each.Out = None
+    engine: each.Engine = None
     resume: bool = flag("--resume", "Continue an interrupted run.")
-    quiet: Quiet = False
-    as_json: Json = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False

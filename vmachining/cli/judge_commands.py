@@ -8,21 +8,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from vmachining.cli.options import (
-    JobArg,
-    Json,
-    Quiet,
-    StockOut,
-    above_zero,
-    arg,
-    argument,
-    command,
-    examples,
-    flag,
-    opt,
-    option,
-    within,
-)
+from vmachining.cli import options as each
+from vmachining.cli.options import above_zero, arg, argument, command, examples, flag, opt, option, within
 
 judges = typer.Typer()
 
@@ -47,7 +34,7 @@ class Sweep:
     )
     plot: Path | None = opt(None, "FILE", "The solid as .html; its regions as .svg, .pdf, .png.")
     at: str | None = opt(None, "P,P,...", "Fractions of the motion whose grazing curves the picture shows.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(
@@ -60,7 +47,7 @@ class Sweep:
 class Engage:
     """What the cutting edge touches at one instant of a block, or at many, for every rotation angle."""
 
-    job: JobArg
+    job: each.JobArg
     block: str = opt(..., "K|all|7,10-20", "Blocks as numbered by run, from 0.")
     at: float = opt(0.5, "P", "Fraction of the block, 0 to 1.")
     every: float | None = opt(None, "MM", "Positions along each block instead of one.", above_zero)
@@ -77,7 +64,7 @@ class Engage:
     section: float | None = opt(
         None, "DEG", "Workpiece, UE and LE at this angle from the feed; 90 is ahead.", within(0.0, 360.0)
     )
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(
@@ -89,10 +76,10 @@ class Engage:
 class Block:
     """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
 
-    job: JobArg
+    job: each.JobArg
     blocks: list[str] = arg("BLOCKS...", "Block numbers of the table of a run, in any order: 7,10-12 3.")
     width: str | None = opt(None, "W", "Relative width of a bracket: 0.01% or 1e-4; default: the job's.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 RESULTS = "block or line, removed_mm3; or engaged intervals; or a job. With a set: directory of CASE.csv, or column case."
@@ -121,7 +108,7 @@ class Compare:
     tolerance_rel: float = opt(0.0, "X", "Widen brackets by X times the volume.")
     tolerance_mm3: float = opt(0.0, "V", "Widen every block's bracket by V mm3.")
     tolerance_mm: float | None = opt(None, "L", "Tables of engagement: along the edge (default 1e-4).")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(
@@ -135,14 +122,14 @@ class Pack:
 
     job: Path = arg("JOB.toml|DIR", "Job file; or a directory with set.toml, of many.")
     out: Path | None = opt(None, "DIR", "New directory; default out/NAME-pack.")
-    stock: StockOut = "stl"
+    stock: each.StockOut = "stl"
     brep: str = opt("none", "WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")
     licence: str = opt("none", "none|cc0|FILE", "Licence to state in the pack.")
     engagement: int = opt(10, "N", "Blocks with a table of engaged intervals.")
     engine: str = opt("mesh", "NAME", "Engine that computes the volumes: mesh or columns.")
     workers: int = opt(1, None, "Processes; with more than one, last digits may differ.", min=1)
-    quiet: Quiet = False
-    as_json: Json = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False
 
 
 @command(judges, "single:bench", "bench --list", "bench accuracy nc")
@@ -154,7 +141,7 @@ class Bench:
     seeds: str | None = opt(None, "FIRST:LAST", "For cases that take seeds: run the seeds below LAST.")
     blocks: int | None = opt(None, "N", "For cases with a length: number of blocks.", min=1)
     journal: Path | None = opt(None, "FILE", "Record finished cases here; the next run continues from them.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 times = typer.Typer(
@@ -179,7 +166,7 @@ class Fit:
     logs: Logs
     program: Programs
     out: Path = opt(..., "FILE", "The machine file that is written.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(times, "times:compare_", "times compare run.log --program part.nc --machine mill.toml --json")
@@ -191,7 +178,7 @@ class CompareTimes:
     machine: Path | None = opt(None, "FILE", "From `times fit`; without it: feeds alone.")
     table: Path | None = opt(None, "CSV", "Every interval of the log, with its load.")
     figure: Path | None = opt(None, "HTML", "Page: feed as programmed, reachable and logged; tools; loads.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(
@@ -209,7 +196,7 @@ class Join:
     logs: Logs
     results: Path = opt(..., "DIR", "Result directory of run, of the same program.")
     machine: Path | None = opt(None, "FILE", "From `times fit`; default: [machine] of the job.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 EXAMPLE = "force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml"
@@ -245,7 +232,7 @@ class Identify:
     name: str | None = opt(None, None, "Name of the set; default: the file name.")
     out: Path | None = opt(None, "FILE.toml", "Coefficient file; default: stdout.")
     plot: Path | None = opt(None, "FILE", "Coefficients and residuals as .svg, .pdf, .png.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(
@@ -264,5 +251,5 @@ class Predict:
     )
     on: On = "tool"
     out: Path | None = opt(None, "DIR", "Default out/NAME.")
-    quiet: Quiet = False
-    as_json: Json = False
+    quiet: each.Quiet = False
+    as_json: each.Json = False

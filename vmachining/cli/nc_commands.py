@@ -8,16 +8,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from vmachining.cli import options as each
 from vmachining.cli.options import (
-    Dialect,
-    Home,
-    Json,
-    OfMachine,
-    ProgramArg,
-    Tools,
-    ToolUnits,
-    Travel,
-    Units,
     above_zero,
     arg,
     argument,
@@ -56,7 +48,7 @@ class Post:
     start: str | None = opt(None, "A0,C90", "Angles before the program; default: fewest rewinds.")
     plot: Path | None = opt(None, "HTML", "Page of the rotary angles and their rewinds.")
     force: bool = flag("--force", "Overwrite the file.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(
@@ -68,33 +60,33 @@ class Post:
 class Dda:
     """Pulse trains for stepping motors, feed rate numbers, clocks and deviations of every motion."""
 
-    program: ProgramArg
+    program: each.ProgramArg
     blu: float = opt(0.02, "MM", "Length of one pulse.")
     register: int = opt(20_000, "N", "Register capacity.")
     mode: str = opt("dda", "dda|s1", "s1: the historical engraver, errors included.")
     split: bool = flag("--split", "Cut lines that overflow the register instead of refusing them.")
     max_rate: float | None = opt(None, "HZ", "Pulse rate the drives can follow.")
-    tools: Tools = None
-    tools_units: ToolUnits = "mm"
-    dialect: Dialect = "auto"
-    travel: Travel = None
-    machine: OfMachine = None
-    home: Home = "0,0,100"
+    tools: each.Tools = None
+    tools_units: each.ToolUnits = "mm"
+    dialect: each.Dialect = "auto"
+    travel: each.Travel = None
+    machine: each.OfMachine = None
+    home: each.Home = "0,0,100"
     out: Path | None = opt(None, "FILE", "Pulse trains as .csv or .npz.")
     plot: Path | None = opt(None, "FILE", "Pulses and programmed path as .html.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reading:
     """How to read a program, in the words of a command line."""
 
-    dialect: Dialect = "auto"
-    units: Units = ""
-    tools: Tools = None
-    tools_units: ToolUnits = "mm"
+    dialect: each.Dialect = "auto"
+    units: each.Units = ""
+    tools: each.Tools = None
+    tools_units: each.ToolUnits = "mm"
     rotary: str = opt("ABC", "ABC", "Rotary axes of the machine.")
-    home: Home = "0,0,0"
+    home: each.Home = "0,0,0"
     crc_entry: str = opt("", "prev|next", "How cutter compensation enters the path.")
     crc_corner: str = opt("", "arc|exact|miter|line", "How compensation treats corners.")
     taps: str = opt("reference", "reference|axis", "Where taps in G18 and G19 go; axis: into holes.")
@@ -113,8 +105,8 @@ class Checking(Reading):
     """The same, and limits that its path is held against."""
 
     stock_top: float | None = opt(None, "Z", "mm; warns if no feed motion goes below it.", finite)
-    travel: Travel = None
-    machine: OfMachine = None
+    travel: each.Travel = None
+    machine: each.OfMachine = None
     blu: float | None = opt(None, "MM", "Smallest step; reports coordinates between steps.", above_zero)
 
 
@@ -131,27 +123,27 @@ class Check:
     program: str | None = arg("[PROGRAM]", "NC program; - reads standard input.", None)
     reading: Checking
     explain: str | None = opt(None, "CODE", "What a code such as E302 means; all: every code.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(nc, "nc:moves", "nc moves part.nc --coordinates program --json")
 class Moves:
     """List the canonical motions of a program, one per line."""
 
-    program: ProgramArg
+    program: each.ProgramArg
     machine: str | None = opt(None, "FILE", "File or preset whose rotary axes are allowed.")
     coordinates: Literal["machine", "program"] = opt(
         "machine", "machine|program", "Coordinate system of end_mm."
     )
     reading: Reading
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 @command(nc, "nc:plot", "nc plot part.nc", "nc plot part.h --out part.html")
 class Plot:
     """Backplot a program without a job: one page with path, program and feeds."""
 
-    program: ProgramArg
+    program: each.ProgramArg
     out: Path | None = opt(None, "FILE", "Page to write; default: PROGRAM.html here.")
     machine: str | None = opt(None, "FILE", "Machine of a program with rotary words.")
     reading: Reading
@@ -184,7 +176,7 @@ class Pocket:
         "FILE",
         "Paths and areas, as .html, .svg, .pdf, .png; the page has the shortest over all shapes.",
     )
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 Part = Annotated[
@@ -193,7 +185,7 @@ Part = Annotated[
 Scale = Annotated[float, option("MM", "mm per unit of an STL or of points; 25.4 for inches.", above_zero)]
 
 
-@command(toolpath, "surface:drop", "toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json")
+@command(toolpath, "toolpath:drop", "toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json")
 class Drop:
     """Heights of a part, or of a tool dropped onto it: a table of x, y, z and what is touched."""
 
@@ -205,10 +197,10 @@ class Drop:
     chord: float = opt(0.01, "MM", "Of the facets of a STEP file.", above_zero)
     floor: float | None = opt(None, "Z", "The tip goes no lower.", finite)
     scale: Scale = 1.0
-    as_json: Json = False
+    as_json: each.Json = False
 
 
-@command(toolpath, "surface:distance", "toolpath distance part.stl part.step --chord 0.001 --json")
+@command(toolpath, "toolpath:distance", "toolpath distance part.stl part.step --chord 0.001 --json")
 class Distance:
     """How far an STL is from its STEP: corners, middles of edges and of facets, outside and inside."""
 
@@ -216,7 +208,7 @@ class Distance:
     solid: Path = arg("PART.step", "The solid that they were exported from.")
     chord: float = opt(0.001, "MM", "Accuracy of the solid.", above_zero)
     scale: Scale = 1.0
-    as_json: Json = False
+    as_json: each.Json = False
 
 
 WEIGHTS = "Five axes: normals of facets, or of corners, weighted like this."
@@ -226,7 +218,7 @@ LOOPS = "Loops at this height; repeatable."
 
 @command(
     toolpath,
-    "surface:surface",
+    "toolpath:surface",
     "toolpath surface part.stl --tool ball:8 --scallop 0.01 --out part.nc",
     "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --out part.csv",
     "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --machine ac-table --out part.nc",
@@ -262,10 +254,10 @@ class Passes:
     machine: str | None = opt(None, "NAME|FILE", "Five axes as .nc: rotary words of this machine.")
     joint_linear: bool = flag("--joint-linear", "With --machine: no tool centre point control (M128).")
     out: Path | None = opt(None, "FILE", ".nc (iso), .csv (poses) or .cls (apt); a job next to it.")
-    as_json: Json = False
+    as_json: each.Json = False
 
 
-@command(toolpath, "surface:flank", "toolpath flank rulings.csv --tool flat:12 --side right --out swarf.csv")
+@command(toolpath, "toolpath:flank", "toolpath flank rulings.csv --tool flat:12 --side right --out swarf.csv")
 class Flank:
     """A ruled face with the side of the tool (swarf): path, and how far the tool cuts into the face."""
 
@@ -276,4 +268,4 @@ class Flank:
     feed: float = opt(1000.0, "MM/MIN", "Along the path.", above_zero)
     spindle: float = opt(6000.0, "REV/MIN", "Speed to write.", above_zero)
     out: Path | None = opt(None, "FILE", ".csv (poses), .cls (apt) or .nc (iso, upright tool).")
-    as_json: Json = False
+    as_json: each.Json = False
