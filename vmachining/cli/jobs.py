@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 from vmachining.cli.job_commands import CheckResult, Contact, Measure, Merge, Run, RunOptions
 from vmachining.cli.main import Code
 from vmachining.cli.options import belong
-from vmachining.cli.screen import emit, note, progress_bar
-from vmachining.cli.stop import Watch, watched
+from vmachining.cli.screen import emit, note
+from vmachining.cli.stop import Watch, stoppable
 from vmachining.errors import InputError
-from vmachining.job import Job, RunResult, Stopped, check_formats, run
+from vmachining.job import Job, RunResult, check_formats, run
 from vmachining.job.batch import safe_name
 from vmachining.job.batch.one import ACCURACY, with_accuracy
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
@@ -44,23 +44,8 @@ FEW = 10
 SHOWN = 5
 """Warnings on the terminal."""
 
-
-def _manifest_options(o: RunOptions, *, every_strategy: bool) -> dict[str, Any]:
-    """Options that are given and that a result is asked by, with their names and values in its manifest."""
-    asked = ("engine", "directions", "brep", "brep_seconds", "csv")
-    found = {name: value for name, value in o.given().items() if name in asked}
-    if o.spacing is not None:
-        found["spacing_mm"] = o.spacing
-    if o.stock != "stl":
-        found["stock"] = check_formats(o.stock)
-    if o.stock_at is not None:
-        found["stock_at"] = [block for part in parse_blocks(o.stock_at, "--stock-at") for block in part]
-    found |= {"contact": o.contact, "stages": _parts(o)}
-    return found | ({"every_strategy": True} if every_strategy else {})
-
-
-def _parts(o: RunOptions) -> list[str]:
-    return list(PARTS) if o.stages is None else [part.strip() for part in o.stages.split(",")]
+NAMED, NOT_NAMED = {"spacing": "spacing_mm"}, ("width", "chord", "workers", "scheduler", "part")
+"""Options that a manifest calls otherwise, and those that a complete result is not asked by."""
 
 
 def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool, given: Sequence[str] = ()) -> Path:
@@ -72,7 +57,7 @@ def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool, given: Se
     Raises InputError: Values that the draft leaves open, or options of a draft beside a job file.
     """
     asked = tools is not None or bool(units) or bool(given)
-    if file.suffix.lower() == ".toml" or not file.is_file() or _says_job(file):
+    if file.suffix.lower() == ".toml" or not file.is_file() or _holds_job(file):
         if asked:
             raise InputError(
                 "--tools, --tool and --units belong to a program", remedy="write them into the job file"
@@ -100,12 +85,10 @@ def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool, given: Se
             return target
     draft = draft_again(file, target, words or [], tools=tools, units=units, given=given)
     write_atomic(target, draft.text)
-    for text in draft.guesses:
-        note(f"  guess     {text}", quiet=quiet)
+    note("\n".join(f"  guess     {text}" for text in draft.guesses), quiet=quiet or not draft.guesses)
     if draft.open:
-        raise InputError(
-            f"{file}: {'; '.join((*draft.open, *draft.errors[:2]))}", remedy=remedy_of(draft, file, target)
-        )
+        what = "; ".join((*draft.open, *draft.errors[:2]))
+        raise InputError(f"{file}: {what}", remedy=remedy_of(draft, file, target))
     return target
 
 
@@ -131,12 +114,12 @@ def draft_again(
     held = {text.partition("=")[0].strip(): text for text in before.get("--tool", ())}
     for text in given:
         held.pop(text.partition("=")[0].strip(), None)
-    library = tools
-    if library is None and "--tools" in before:  # as seen from the job
-        library = target.parent / before["--tools"][0]
+    first = {name: values[0] for name, values in before.items()}
+    if tools is None and "--tools" in first:  # as seen from the job
+        tools = target.parent / first["--tools"]
     return draft_job(
-        file, target.parent, next(iter(before.get("--dialect", ())), None), library=library,
-        units=units or next(iter(before.get("--units", ())), ""), tools=(*held.values(), *given),
+        file, target.parent, first.get("--dialect"), library=tools, units=units or first.get("--units", ""),
+        tools=(*held.values(), *given),
     )  # fmt: skip
 
 
@@ -150,7 +133,7 @@ def remedy_of(draft: Draft, program: Path, target: Path) -> str:
     return "; or ".join(ways)
 
 
-def _says_job(file: Path) -> bool:
+def _holds_job(file: Path) -> bool:
     """Whether a file with another suffix holds a job anyway."""
     with file.open("rb") as lines:
         return any(line.lstrip().startswith((b"[program]", b"[[tools]]")) for line in islice(lines, 60))
@@ -188,6 +171,8 @@ def run_job(
     refuse_contact(options.contact)
     formats = check_formats(options.stock)
     steps = parse_blocks(options.stock_at, "--stock-at") if options.stock_at is not None else ()
+    blocks = [block for part in steps for block in part]
+    stages = list(PARTS) if options.stages is None else [part.strip() for part in options.stages.split(",")]
     accuracy = {name: getattr(options, name) for name in ACCURACY}
     job = with_accuracy(Job.load(file), **accuracy)
     if steps or "step" in formats:  # said before hours of cutting
@@ -197,59 +182,73 @@ def run_job(
     silent, part = quiet or as_json, None if options.part is None else parse_part(options.part)
     name = safe_name(job.name) + ("" if part is None else f".part-{part.number}-of-{part.of}")
     folder = out if out is not None else Path("out") / name
-    wanted = _manifest_options(options, every_strategy=every_strategy) if resume else {}
-    if resume and (summary := finished(job, folder, wanted)) is not None:
-        note(f"{folder} is already complete", quiet=silent)
-        if as_json:
-            emit(summary)
-        return Code.DONE
-    if resume and (why := why_anew(job, folder)):
-        note(f"{folder}: {why}; nothing of it is kept, everything is computed again", quiet=silent)
-    with FolderLock(folder) as lock:
-        command = "strategies" if every_strategy else "run"
-        again = ["vmachining", command, str(file), "--out", str(folder), "--resume", *options.words()]
-        with (
-            progress_bar(quiet=silent) as bar,
-            watched(_both(bar, told), lambda watch: _cut_short(watch, folder, again)) as progress,
-        ):
-            try:
-                given: dict[str, Any] = {
-                    "engine": options.engine, "chord": options.chord, "brep": options.brep,
-                    "brep_seconds": options.brep_seconds or BREP_SECONDS, "contact": options.contact, "stages": _parts(options),
-                    "csv": options.csv,
-                }  # fmt: skip
-                here: dict[str, Any] = {"resume": resume, "progress": progress, "lock": lock, "force": force}
-                if part is not None:
-                    run_part(job, part, out=folder, workers=options.workers, **given, **here)
-                    note(f"part {part} is complete in {folder}", quiet=silent)
-                    if as_json:
-                        emit({"part": str(part), "out": str(folder)})
-                    return Code.DONE
-                if options.scheduler is not None:
-                    from vmachining.job.batch.divided import on_cluster
+    if resume:
+        asked = options.given() | {"contact": options.contact, "stages": stages}
+        asked |= {name: value for name, value in (("stock", formats), ("stock_at", blocks)) if name in asked}
+        asked |= {"every_strategy": True} if every_strategy else {}
+        wanted = {NAMED.get(name, name): value for name, value in asked.items() if name not in NOT_NAMED}
+        if (summary := finished(job, folder, wanted)) is not None:
+            note(f"{folder} is already complete", quiet=silent)
+            if as_json:
+                emit(summary)
+            return Code.DONE
+        if why := why_anew(job, folder):
+            note(f"{folder}: {why}; nothing of it is kept, everything is computed again", quiet=silent)
+    command = "strategies" if every_strategy else "run"
+    again = shlex.join(["vmachining", command, str(file), "--out", str(folder), "--resume", *options.words()])
 
-                    parts = on_cluster(
-                        job, folder, options.scheduler, given | accuracy,
-                        note=lambda text: note(text, quiet=silent), **here,
-                    )  # fmt: skip
-                result = run(
-                    job, out=folder, workers=options.workers, every_strategy=every_strategy, parts=parts, **given, **here,
+    def ended(watch: Watch) -> str:
+        """What is known of a run that was ended within a block."""
+        stage, done, total = watch.place or ("start", 0, 0)
+        where = f"block {min(done + 1, total)} of {total} ({stage})" if total else "the start"
+        kept = (read_manifest(folder) or {}).get("checkpoints", {})
+        points = ", ".join(f"{entry['done']} of {entry['total']} ({name})" for name, entry in kept.items())
+        state = (
+            f"kept are the blocks up to {points}"
+            if points
+            else "no checkpoint was due yet, so it starts again"
+        )
+        return f"ended within {where}, which took too long to finish; {state}: {again}"
+
+    given: dict[str, Any] = {
+        "engine": options.engine, "chord": options.chord, "brep": options.brep, "contact": options.contact, "stages": stages,
+        "brep_seconds": options.brep_seconds or BREP_SECONDS, "csv": options.csv, "resume": resume, "force": force,
+    }  # fmt: skip
+    with FolderLock(folder) as lock:
+        stopped = f"the rows so far are in {folder}, nothing is lost: {again}"
+        with stoppable(ended, lambda: stopped, told, quiet=silent) as progress:
+            here: dict[str, Any] = {"progress": progress, "lock": lock}
+            if part is not None:
+                run_part(job, part, out=folder, workers=options.workers, **given, **here)
+                note(f"part {part} is complete in {folder}", quiet=silent)
+                if as_json:
+                    emit({"part": str(part), "out": str(folder)})
+                return Code.DONE
+            if options.scheduler is not None:
+                from vmachining.job.batch.divided import forget_parts, on_cluster
+
+                spread = {
+                    name: value for name, value in given.items() if name not in ("resume", "force")
+                } | accuracy
+                parts = on_cluster(
+                    job, folder, options.scheduler, spread, resume=resume, force=force,
+                    note=lambda text: note(text, quiet=silent), **here,
                 )  # fmt: skip
-            except Stopped as exc:
-                note(
-                    f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}"
-                )
-                return Code.INTERRUPTED
-        shows = "show" in _parts(options)
+            result = run(
+                job,
+                out=folder,
+                workers=options.workers,
+                every_strategy=every_strategy,
+                parts=parts,
+                **given,
+                **here,
+            )
+        shows = "show" in stages
         if told is not None:
             told("files", 0, 1)
-        blocks = [block for part in steps for block in part]
-        result.write(
-            folder, stock=formats if shows or options.stock != "stl" else (), stock_at=blocks, report=shows
-        )
+        written = formats if shows or options.stock != "stl" else ()
+        result.write(folder, stock=written, stock_at=blocks, report=shows)
         if options.scheduler is not None:
-            from vmachining.job.batch.divided import forget_parts
-
             forget_parts(folder)
     if as_json:
         emit(result.summary)
@@ -273,10 +272,8 @@ def merge_(o: Merge) -> int:
     """`vmachining merge`: the result of a run whose parts are complete."""
     parts = read_parts(o.folders)
     before = parts.manifest["options"]
-    asked = {name: before[name] for name in ("brep", "brep_seconds", "csv") if name in before} | {
-        "stock": o.stock
-    }
-    file, options = _as_before(o.folders[0], parts.manifest, asked)
+    asked = {name: before[name] for name in ("brep", "brep_seconds", "csv") if name in before}
+    file, options = _as_before(o.folders[0], parts.manifest, asked | {"stock": o.stock})
     return run_job(file, options, out=o.out, quiet=o.quiet, as_json=o.as_json, force=o.force, parts=parts)
 
 
@@ -290,11 +287,9 @@ def add_to_result(o: CheckResult | Contact) -> int:
         raise InputError(
             "is not a result of a run", file=folder, remedy="give the directory that `run` wrote"
         )
-    if "part" in manifest["options"]:
-        raise InputError(
-            f"is part {manifest['options']['part']} of a run, and has no finished table", file=folder,
-            remedy="join all parts with `vmachining merge` and give its result",
-        )  # fmt: skip
+    if (part := manifest["options"].get("part")) is not None:
+        remedy = "join all parts with `vmachining merge` and give its result"
+        raise InputError(f"is part {part} of a run, and has no finished table", file=folder, remedy=remedy)
     file, options = _as_before(folder, manifest, o.asked())
     return run_job(file, options, out=folder, resume=True, quiet=o.quiet, as_json=o.as_json)
 
@@ -320,41 +315,19 @@ def _as_before(
             remedy="run the job again; this result stays valid for the inputs in its manifest",
         )  # fmt: skip
     stages = [name for name in PARTS if name in before.get("stages", PARTS)]
-    wants_contact = asked.get("contact", before.get("contact", "all"))
     if "contact" in asked:
         stages = [name for name in PARTS if name in {*stages, "contact"}]
     accuracy, given = job.keys.accuracy, {name: value for name, value in asked.items() if value is not None}
-    options = RunOptions(
-        engine=before["engine"], stages=",".join(stages),
-        chord=None if before["chord_mm"] == accuracy.chord_mm else before["chord_mm"],
-        width=None if before["width"] == accuracy.width else f"{before['width']!r}",
-        spacing=None if before["spacing_mm"] == accuracy.spacing_mm else before["spacing_mm"],
-        directions=None if before["directions"] == accuracy.directions else before["directions"],
-        **{**given, "contact": wants_contact},
-    )  # fmt: skip
-    return file, options
-
-
-def _both(one: Progress | None, other: Progress | None) -> Progress | None:
-    """Whoever follows the progress."""
-    if one is None or other is None:
-        return one or other
-
-    def told(stage: str, done: int, total: int) -> None:
-        one(stage, done, total)
-        other(stage, done, total)
-
-    return told
-
-
-def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
-    """What is known of a run that was ended within a block."""
-    stage, done, total = watch.place or ("start", 0, 0)
-    where = f"block {min(done + 1, total)} of {total} ({stage})" if total else "the start"
-    kept = (read_manifest(folder) or {}).get("checkpoints", {})
-    told = ", ".join(f"{entry['done']} of {entry['total']} ({name})" for name, entry in kept.items())
-    state = f"kept are the blocks up to {told}" if told else "no checkpoint was due yet, so it starts again"
-    return f"ended within {where}, which took too long to finish; {state}: {shlex.join(again)}"
+    for option, name in (
+        ("chord", "chord_mm"),
+        ("width", "width"),
+        ("spacing", "spacing_mm"),
+        ("directions", "directions"),
+    ):
+        if before[name] != getattr(accuracy, name):
+            given[option] = repr(before[name]) if name == "width" else before[name]
+    given["contact"] = asked.get("contact", before.get("contact", "all"))
+    return file, RunOptions(engine=before["engine"], stages=",".join(stages), **given)
 
 
 def _files(s: dict[str, Any]) -> list[str]:
@@ -379,9 +352,8 @@ def told_disputes(result: RunResult) -> list[str]:
     more = [f"  and {len(found) - FEW} more, see blocks.parquet"] if len(found) > FEW else []
     judge = result.summary.get("second_judge") or {}
     if judge.get("total_agrees") is False:
-        more.append(
-            f"  all blocks together: {judge['total_lo_mm3']:.9g} to {judge['total_hi_mm3']:.9g} mm3 by a second engine"
-        )
+        total = f"{judge['total_lo_mm3']:.9g} to {judge['total_hi_mm3']:.9g} mm3"
+        more.append(f"  all blocks together: {total} by a second engine")
     head = "DISPUTED: two of our engines exclude each other, one of them is wrong; please report it"
     return [head, *lines, *more]
 
@@ -406,25 +378,21 @@ def _closing_lines(result: RunResult, folder: Path) -> str:
     guesses = (
         [f"  guesses   {guessed} lines of the job are guesses: report.html lists them"] if guessed else []
     )
+    after = f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""
     lines = [
         *told_disputes(result),
         f"{result.job.name}: {s['blocks']} blocks in {s['seconds']:.1f} s",
         f"  removed   {s['removed_mm3']:.6g} mm3   +-{result.removed.error:.2g}",
         f"  between   {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm3, {how_sure(s)}",
-        f"  time      {s['time_s']:.2f} s"
-        + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),
+        f"  time      {s['time_s']:.2f} s{after}",
         f"  took      {in_words(s['stage_seconds'])}; at most {s['peak_mb']:.0f} MB",
         f"  warnings  {s['warnings']}",
-        *_first_warnings(result),
-        *machine,
-        *brep,
-        *_files(s),
+        *_first_warnings(result), *machine, *brep, *_files(s),
         *([f"  stock     {s['stock_step_refused']}"] if "stock_step_refused" in s else []),
-        *guesses,
-        *(f"  note      {text}" for text in s["notes"]),
+        *guesses, *(f"  note      {text}" for text in s["notes"]),
         *(f"  contact   {text}" for text in s.get("contact_notes", ())),
         *([f"  table     {s['table_note']}"] if "table_note" in s else []),
-    ]
+    ]  # fmt: skip
     if (schedule := result.schedule) is not None and schedule.note:
         lines.append(f"  schedule  {schedule.note}")
     if left := len(s.get("unsplit_lines", ())) + len(s.get("untouched_lines", ())):

@@ -6,31 +6,18 @@ from collections.abc import Callable, Container, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vmachining import oracle
 from vmachining.cli.jobs import told_disputes
 from vmachining.cli.judge_commands import Compare, Pack
 from vmachining.cli.main import Code
 from vmachining.cli.options import belong
-from vmachining.cli.screen import emit, note, progress_bar
+from vmachining.cli.screen import emit, note
 from vmachining.cli.single import from_clone
-from vmachining.cli.stop import watched
+from vmachining.cli.stop import stoppable
 from vmachining.errors import InputError
-from vmachining.job import Job, Stopped, check_formats
+from vmachining.job import Job, check_formats
 from vmachining.job.batch import safe_name
 from vmachining.job.brep import parse_brep
-from vmachining.oracle import (
-    Comparison,
-    EngagementComparison,
-    EngineComparison,
-    SetComparison,
-    compare_engagement,
-    compare_set,
-    engine_names,
-    is_engagement_table,
-    is_set,
-    write_pack,
-)
-from vmachining.oracle import compare as judged
-from vmachining.oracle import compare_engines as run_engines
 from vmachining.oracle.compare import FINDINGS
 from vmachining.progress import stop_flag
 
@@ -39,6 +26,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 WORST = 10
+
+LONG = "ended within a block, which took too long to finish"
 
 
 def compare(o: Compare) -> int:
@@ -58,28 +47,24 @@ def compare(o: Compare) -> int:
 def _compared(results: Path, reference: Path | None, o: Compare) -> int:
     """Of volumes, or of engaged intervals where the table has them; of many cases with a set."""
     if reference is None:
-        raise InputError(
-            "compare needs a reference",
-            remedy="give a result directory; or a job and --engines to compare our engines with each other",
-        )
+        remedy = "give a result directory; or a job and --engines to compare our engines with each other"
+        raise InputError("compare needs a reference", remedy=remedy)
     more = {"tolerance_rel": o.tolerance_rel, "tolerance_mm3": o.tolerance_mm3}
-    if is_set(reference):
+    if oracle.is_set(reference):
         if o.tolerance_mm is not None:
-            raise InputError(
-                "tables of engagement are compared case by case",
-                remedy="name one case of the set as reference",
-            )
-        return _answer(compare_set(results, reference, **more), _show_set, o)
-    if is_engagement_table(results):
+            remedy = "name one case of the set as reference"
+            raise InputError("tables of engagement are compared case by case", remedy=remedy)
+        return _answer(oracle.compare_set(results, reference, **more), _show_set, o)
+    if oracle.is_engagement_table(results):
         if o.tolerance_rel or o.tolerance_mm3:
             raise InputError("a table of engagement is compared in mm", remedy="take --tolerance-mm")
         given = {} if o.tolerance_mm is None else {"tolerance_mm": o.tolerance_mm}
-        return _answer(compare_engagement(results, reference, **given), _show_edges, o)
+        return _answer(oracle.compare_engagement(results, reference, **given), _show_edges, o)
     if o.tolerance_mm is not None:
         raise InputError(
             "--tolerance-mm is for tables of engagement", remedy="take --tolerance-mm3 for volumes"
         )
-    return _answer(judged(results, reference, **more), _show, o)
+    return _answer(oracle.compare(results, reference, **more), _show, o)
 
 
 def _answer(found: Any, show: Callable[[Console, Any], None], o: Compare) -> int:
@@ -110,21 +95,16 @@ def _table(title: str, heads: Iterable[str], words: Container[str]) -> Table:
 def _engines(o: Compare) -> int:
     from vmachining.report.engines import write_engines
 
-    names = engine_names(o.engines or "")
+    names = oracle.engine_names(o.engines or "")
     if o.reference is not None:
         raise InputError("--engines compares our engines on a job", remedy=f"leave out {o.reference}")
     job = Job.load(o.results)
     folder = o.out if o.out is not None else Path("out") / f"{safe_name(job.name)}-engines"
     with (
-        progress_bar(quiet=o.as_json) as bar,
-        watched(bar, lambda _: "ended within a block, which took too long to finish") as progress,
+        stoppable(lambda _: LONG, lambda: "nothing was written", quiet=o.as_json) as progress,
         stop_flag() as stop,
     ):
-        try:
-            found = run_engines(job, names, blocks=o.blocks, progress=progress, stop=stop)
-        except Stopped as exc:
-            note(f"vmachining: {exc}; nothing was written")
-            return Code.INTERRUPTED
+        found = oracle.compare_engines(job, names, blocks=o.blocks, progress=progress, stop=stop)
     told = found.to_dict()
     write_engines(told, folder)
     if o.as_json:
@@ -145,10 +125,8 @@ def _pages(one: Path, other: Path | None, page: Path, *, as_json: bool) -> int:
     if other is None:
         other, names = one / "scheduled_blocks.parquet", ("as programmed", "scheduled")
         if not other.is_file():
-            raise InputError(
-                "the result has no schedule to compare with", file=one,
-                remedy="name a second result, or run the job with [feed]",
-            )  # fmt: skip
+            remedy = "name a second result, or run the job with [feed]"
+            raise InputError("the result has no schedule to compare with", file=one, remedy=remedy)
     elif one.name == other.name:
         names = ("A", "B")
     found = compare_results(Side.of(one, names[0]), Side.of(other, names[1]))
@@ -163,7 +141,7 @@ def _pages(one: Path, other: Path | None, page: Path, *, as_json: bool) -> int:
     return Code.FINDINGS if told["pieces_that_differ"] else Code.DONE
 
 
-def _show_engines(found: EngineComparison) -> None:
+def _show_engines(found: oracle.EngineComparison) -> None:
     """A row per engine, the pairs that exclude each other, the verdict."""
     from rich.console import Console
 
@@ -183,14 +161,12 @@ def _show_engines(found: EngineComparison) -> None:
         if row["refused"]:
             console.print(f"{row['engine']}: {row['refused']}", soft_wrap=True, style="yellow", markup=False)
     for each in found.disagreements:
-        blocks = ", ".join(map(str, each["blocks"][:WORST])) + (
-            ", ..." if len(each["blocks"]) > WORST else ""
-        )
+        blocks = ", ".join([*map(str, each["blocks"][:WORST]), *["..."] * (len(each["blocks"]) > WORST)])
         console.print(f"{' and '.join(each['engines'])} do not overlap at blocks {blocks}", soft_wrap=True)
     console.print("verdict    " + ("they agree" if found.agrees else "they disagree"), soft_wrap=True)
 
 
-def _show(console: Console, found: Comparison) -> None:
+def _show(console: Console, found: oracle.Comparison) -> None:
     from rich.text import Text
 
     lo, estimate, hi = found.total
@@ -212,7 +188,7 @@ def _show(console: Console, found: Comparison) -> None:
     console.print(f"error      {error:+.6g} mm3{relative}; total {total}", soft_wrap=True)
 
 
-def _show_set(console: Console, found: SetComparison) -> None:
+def _show_set(console: Console, found: oracle.SetComparison) -> None:
     heads = ("case", "judged", "inside", "low", "high", "missing", "extra", "sum", "agrees")
     table = _table(f"{len(found.cases)} cases of {found.reference}", heads, ("case",))
     for row in found.table().iter_rows(named=True):
@@ -224,7 +200,7 @@ def _show_set(console: Console, found: SetComparison) -> None:
     console.print(table)
 
 
-def _show_edges(console: Console, found: EngagementComparison) -> None:
+def _show_edges(console: Console, found: oracle.EngagementComparison) -> None:
     worst = found.worst(WORST)
     if len(worst):
         heads = ("block", "at", "phi_deg", "status", "error mm", "theirs mm", "reference mm")
@@ -246,20 +222,12 @@ def pack(o: Pack) -> int:
     job = Job.load(o.job)
     folder = o.out if o.out is not None else Path("out") / f"{safe_name(job.name)}-pack"
     silent = o.quiet or o.as_json
-    with (
-        progress_bar(quiet=silent) as bar,
-        watched(
-            bar, lambda _: "ended within a block, which took too long to finish; no pack was written"
-        ) as progress,
-    ):
-        try:
-            result = write_pack(
-                job, folder, stock=formats, brep=o.brep, licence=o.licence, engagement=o.engagement, engine=o.engine,
-                workers=o.workers, progress=progress,
-            )  # fmt: skip
-        except Stopped as exc:
-            note(f"vmachining: {exc}; no pack was written")
-            return Code.INTERRUPTED
+    none = "no pack was written"
+    with stoppable(lambda _: f"{LONG}; {none}", lambda: none, quiet=silent) as progress:
+        result = oracle.write_pack(
+            job, folder, stock=formats, brep=o.brep, licence=o.licence, engagement=o.engagement, engine=o.engine,
+            workers=o.workers, progress=progress,
+        )  # fmt: skip
     summary = result.summary
     if o.as_json:
         emit(summary)
@@ -267,20 +235,15 @@ def pack(o: Pack) -> int:
         lo, hi = summary["removed_lo_mm3"], summary["removed_hi_mm3"]
         if told := told_disputes(result):
             note("\n".join(told))
-        note(
-            f"{job.name}: {summary['blocks']} blocks remove {lo:.6g} to {hi:.6g} mm3: {folder}", quiet=o.quiet
-        )
+        removed = f"{summary['blocks']} blocks remove {lo:.6g} to {hi:.6g} mm3"
+        note(f"{job.name}: {removed}: {folder}", quiet=o.quiet)
         if "stock_step_refused" in summary:
             note(f"no STEP of the workpiece: {summary['stock_step_refused']}", quiet=o.quiet)
         for text in summary.get("engagement_refused", ()):
             note(f"no engagement of {text}", quiet=o.quiet)
+    refused = {"stock_step_refused", "engagement_refused"} & summary.keys()
     counts = summary["brep"]
-    refused = (
-        counts["disputed"]
-        or counts["refused"]
-        or {"stock_step_refused", "engagement_refused"} & summary.keys()
-    )
-    return Code.FINDINGS if refused else Code.DONE
+    return Code.FINDINGS if counts["disputed"] or counts["refused"] or refused else Code.DONE
 
 
 def _pack_set(o: Pack) -> int:
@@ -293,15 +256,11 @@ def _pack_set(o: Pack) -> int:
         note(f"{done + 1} of {total}: {name}", quiet=silent)
 
     write_set = from_clone("benchmarks.sets").write_set
-    with (
-        progress_bar(quiet=silent) as bar,
-        watched(bar, lambda _: f"ended within {begun[-1]}; the same command continues with it") as progress,
-    ):
-        try:
-            summaries = write_set(folder, o.out, begun=said, progress=progress)
-        except Stopped as exc:
-            note(f"vmachining: {exc}; the same command continues with {begun[-1]}")
-            return Code.INTERRUPTED
+    with stoppable(
+        lambda _: f"ended within {begun[-1]}; the same command continues with it",
+        lambda: f"the same command continues with {begun[-1]}", quiet=silent,
+    ) as progress:  # fmt: skip
+        summaries = write_set(folder, o.out, begun=said, progress=progress)
     if o.as_json:
         emit({"set": str(o.out or folder), "cases": summaries})
     else:

@@ -22,8 +22,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NoReturn
 
+import typer
+
 from vmachining.cli.main import Code
+from vmachining.cli.screen import note, progress_bar
+from vmachining.job import Stopped
 from vmachining.job.files import Scratch
+from vmachining.progress import Progress
 
 IDLE_SECONDS = 1.5
 """Without a block done after a signal: the block in hand is a long one."""
@@ -35,10 +40,10 @@ SHOW_CURSOR = "\x1b[?25h"
 
 
 class Watch:
-    """What the run has told last. Called as its progress; `inner` is called, too."""
+    """What the run has told last. Called as its progress; those of `inner` are called, too."""
 
-    def __init__(self, inner: Callable[[str, int, int], None] | None) -> None:
-        self._inner = inner
+    def __init__(self, *inner: Progress | None) -> None:
+        self._inner = [one for one in inner if one is not None]
         self.last = time.monotonic()
         self.saving = False
         self.place: tuple[str, int, int] | None = None
@@ -49,17 +54,30 @@ class Watch:
             self.saving = done < total
         else:
             self.place = stage, done, total
-        if self._inner is not None:
-            self._inner(stage, done, total)
+        for one in self._inner:
+            one(stage, done, total)
 
 
 @contextmanager
-def watched(inner: Callable[[str, int, int], None] | None, told: Callable[[Watch], str]) -> Iterator[Watch]:
+def stoppable(
+    ended: Callable[[Watch], str], then: Callable[[], str], *inner: Progress | None, quiet: bool
+) -> Iterator[Watch]:
+    """A progress callback with a bar, see `watched`. then : what is said of a run that has stopped, before the command ends."""
+    try:
+        with progress_bar(quiet=quiet) as bar, watched(ended, bar, *inner) as progress:
+            yield progress
+    except Stopped as exc:
+        note(f"vmachining: {exc}; {then()}")
+        raise typer.Exit(Code.INTERRUPTED) from exc
+
+
+@contextmanager
+def watched(told: Callable[[Watch], str], *inner: Progress | None) -> Iterator[Watch]:
     """A progress callback whose run ends soon after a signal. Main thread only.
 
-    told : the message of a run that had to be ended; called in the thread that ends it.
+    told : the message of a run that had to be ended; called in the thread that ends it. inner : who hears of it, too.
     """
-    watch = Watch(inner)
+    watch = Watch(*inner)
     if threading.current_thread() is not threading.main_thread():
         yield watch
         return
@@ -110,15 +128,10 @@ def _end(message: str) -> NoReturn:
 
 def descendants(process: int) -> list[int]:
     """Processes that a process has started, and those that they have started."""
-    found: list[int] = []
-    parents = _parents()
-    waiting = [process]
-    while waiting:
-        one = waiting.pop()
-        children = [child for child, parent in parents.items() if parent == one]
-        found += children
-        waiting += children
-    return found
+    parents, found = _parents(), [process]
+    for one in found:  # grows
+        found += [child for child, parent in parents.items() if parent == one]
+    return found[1:]
 
 
 def _parents() -> dict[int, int]:
