@@ -20,15 +20,13 @@ GOOD = ("done", "skipped")
 
 def batch(o: Batch) -> int:
     if o.scheduler is not None and o.workers is not None:
-        raise InputError(
-            "--workers counts processes of this machine, --scheduler names a cluster",
-            remedy="give one of them",
-        )
-    formats = check_formats(o.stock)
+        what = "--workers counts processes of this machine, --scheduler names a cluster"
+        raise InputError(what, remedy="give one of them")
     silent = o.quiet or o.as_json
     with _watching(o.files, silent=silent) as watcher:
         rows = run_many(
-            o.files, o.out, workers=o.workers or 1, scheduler=o.scheduler, formats=formats, resume=o.resume, watcher=watcher
+            o.files, o.out, workers=o.workers or 1, scheduler=o.scheduler, formats=check_formats(o.stock), resume=o.resume,
+            watcher=watcher,
         )  # fmt: skip
     for row in rows:
         if o.as_json:
@@ -102,7 +100,6 @@ def _line_of(row: dict[str, Any]) -> str:
     warned = f", {row['warnings']} warnings" if row["warnings"] else ""
     wrong = f", {row['message']}" if row["message"] else ""
     before = " (complete before)" if row["status"] == "skipped" else ""
-    return (
-        f"{row['name']}: removed {row['removed_mm3']:.7g} mm3, between {row['removed_lo_mm3']:.7g} and "
-        f"{row['removed_hi_mm3']:.7g}; time {row['time_s']:.2f} s{after}{warned}{wrong}{before}"
-    )
+    between = f"between {row['removed_lo_mm3']:.7g} and {row['removed_hi_mm3']:.7g}"
+    removed = f"{row['name']}: removed {row['removed_mm3']:.7g} mm3, {between}"
+    return f"{removed}; time {row['time_s']:.2f} s{after}{warned}{wrong}{before}"

@@ -32,12 +32,12 @@ def dda(o: Dda) -> int:
     name, out, plot, blu, as_json = o.program, o.out, o.plot, o.blu, o.as_json
     if out is not None and out.suffix.lower() not in (".csv", ".npz"):
         raise InputError(f"--out {out}: expected a name that ends in .csv or .npz")
-    if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"--plot {plot}: expected a name that ends in .html")
     inputs = {} if name == "-" else {"program": Path(name)}
     if out is not None:
         refuse_target(out, inputs, CSV_HEADER if out.suffix.lower() == ".csv" else NPZ_MEMBER)
     if plot is not None:
+        if plot.suffix.lower() not in (".html", ".htm"):
+            raise InputError(f"--plot {plot}: expected a name that ends in .html")
         refuse_target(plot, inputs, GENERATOR)
     interpolator = Interpolator(
         blu_mm=blu, register=o.register, mode=o.mode, split=o.split, max_pulse_hz=o.max_rate
@@ -50,7 +50,13 @@ def dda(o: Dda) -> int:
     paths, blocks = _interpolated(program, interpolator)
     for block in blocks:
         if as_json:
-            emit(_record(block))
+            emit({
+                "line": block.line, "kind": block.kind, "start_blu": block.start.tolist(),
+                "pulses": block.train.counts.tolist(), "missing": block.missing.tolist(), "ticks": block.train.ticks,
+                "train": block.train.text(), "tick": block.train.tick.tolist(), "feed_mm_min": block.feed_mm_min,
+                "frn": block.frn, "clock_hz": block.clock_hz, "peak_hz": block.peak_hz, "time_s": block.time_s,
+                "deviation_blu": block.deviation_blu, "limit_blu": block.limit_blu if math.isfinite(block.limit_blu) else None,
+            })  # fmt: skip
         elif out is None:
             print(_block_line(block))
     if out is not None:
@@ -85,9 +91,8 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
         path = None if _turns(move) else move_path(move._replace(**STEADY))
         if not isinstance(path, Line | Arc):
             what = "a rotary axis moves" if path is None else "an arc in a tilted plane"
-            raise KinematicsError(
-                what, file=program.name, line=move.line, remedy="dda drives X, Y and Z in lines and arcs of the main planes"
-            )  # fmt: skip
+            remedy = "dda drives X, Y and Z in lines and arcs of the main planes"
+            raise KinematicsError(what, file=program.name, line=move.line, remedy=remedy)
         if not path.length:
             continue
         feed = None if move.motion is Motion.RAPID else move.feed_mm_min
@@ -106,20 +111,9 @@ def _turns(move: Move) -> bool:
     return tilts or any(value != before.get(name, 0.0) for name, value in after.items())
 
 
-def _record(block: PulseBlock) -> dict[str, Any]:
-    return {
-        "line": block.line, "kind": block.kind, "start_blu": block.start.tolist(), "pulses": block.train.counts.tolist(),
-        "missing": block.missing.tolist(), "ticks": block.train.ticks, "train": block.train.text(),
-        "tick": block.train.tick.tolist(), "feed_mm_min": block.feed_mm_min, "frn": block.frn, "clock_hz": block.clock_hz,
-        "peak_hz": block.peak_hz, "time_s": block.time_s, "deviation_blu": block.deviation_blu,
-        "limit_blu": block.limit_blu if math.isfinite(block.limit_blu) else None,
-    }  # fmt: skip
-
-
 def _block_line(block: PulseBlock) -> str:
-    pulses = " ".join(
-        f"{axis}{count:+d}" for axis, count in zip("XYZ", block.train.counts.tolist(), strict=True)
-    )
+    counts = zip("XYZ", block.train.counts.tolist(), strict=True)
+    pulses = " ".join(f"{axis}{count:+d}" for axis, count in counts)
     limit = f"{block.limit_blu:.3f}" if math.isfinite(block.limit_blu) else "-"
     lost = f"  missing {block.missing.tolist()}" if block.missing.any() else ""
     return (

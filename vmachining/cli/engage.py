@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vmachining.cli.judge_commands import Engage
 from vmachining.cli.main import Code
@@ -13,9 +13,6 @@ from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job import Job
 from vmachining.job import engage as engaged
 from vmachining.job.folder import engagement_files, engagement_folder
-
-if TYPE_CHECKING:
-    from vmachining.job.engage import Scene
 
 MOST_CHIPS = 2000
 """Positions whose chips are drawn in one picture."""
@@ -46,10 +43,9 @@ def engage(o: Engage) -> int:
         emit(found.to_dict())
         return Code.DONE
     s = found.summary
-    arcs = s["arcs_feed_deg"] if s["arcs_feed_deg"] is not None else s["arcs_deg"]
-    turned = (
-        "from the feed (90 degrees is straight ahead)" if s["arcs_feed_deg"] is not None else "of the tool"
-    )
+    fed = s["arcs_feed_deg"] is not None
+    arcs = s["arcs_feed_deg" if fed else "arcs_deg"]
+    turned = "from the feed (90 degrees is straight ahead)" if fed else "of the tool"
     tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
     print(f"{job.name}: block {block}, line {s['line']}, at {at:g}, method {o.method}")
     print(f"  tool      tip ({tip}) mm, axis ({axis})")
@@ -85,33 +81,22 @@ def _chips(out: Path) -> list[Path]:
     return [out / "chips.csv", *write_figures({"chips": draw_chips(found)}, out, ["png"])]
 
 
-def _section(scene: Scene, angle_deg: float, out: Path) -> list[Path]:
-    """What the positions touch at one angle, on a section of the workpiece."""
+def _many(job: Job, o: Engage, options: dict[str, Any], out: Path) -> int:
+    """`--block all|7,10-20`, `--every MM`: tables on disk, a summary on the screen."""
     import polars as pl
 
+    from vmachining.job.engage import Scene
+    from vmachining.job.engage_many import engage_many, positions
     from vmachining.job.section import section_table
     from vmachining.report.paper import draw_section, write_figures
 
-    table = section_table(scene, pl.read_parquet(out / "engagement.parquet"), angle_deg)
-    table.write_parquet(out / "section.parquet")
-    return [out / "section.parquet", *write_figures({"section": draw_section(table)}, out, ["png"])]
-
-
-def _many(job: Job, o: Engage, options: dict[str, Any], out: Path) -> int:
-    """`--block all|7,10-20`, `--every MM`: tables on disk, a summary on the screen."""
-    from vmachining.job.engage import Scene
-    from vmachining.job.engage_many import engage_many, positions
-
     scene = Scene.of(job)
-
     if o.every is not None:
         belong(o, ("at",), "is one place of a block, and --every has many")
     asked = positions(scene, o.block, at=o.at, every_mm=o.every)
     if o.chips and len(asked) > MOST_CHIPS:
-        raise InputError(
-            f"--chips of {len(asked)} positions, {MOST_CHIPS} at most",
-            remedy="take fewer blocks, or a longer --every",
-        )
+        remedy = "take fewer blocks, or a longer --every"
+        raise InputError(f"--chips of {len(asked)} positions, {MOST_CHIPS} at most", remedy=remedy)
     if o.section is not None and o.edge != "straight":
         raise InputError("--section takes the straight edge: a wound one lies in no plane")
     with engagement_files(out, job.inputs):
@@ -124,7 +109,10 @@ def _many(job: Job, o: Engage, options: dict[str, Any], out: Path) -> int:
         if o.chips and unanswered < len(asked):
             files += ["chips.parquet", "chip_points.parquet", *(path.name for path in _chips(out))]
         if o.section is not None:
-            files += [path.name for path in _section(scene, o.section, out)]
+            found = section_table(scene, pl.read_parquet(out / "engagement.parquet"), o.section)
+            found.write_parquet(out / "section.parquet")
+            drawn = write_figures({"section": draw_section(found)}, out, ["png"])
+            files += ["section.parquet", *(path.name for path in drawn)]
     if o.as_json:
         emit({"positions": len(table), "unanswered": unanswered, "out": str(out), "files": files})
     else:

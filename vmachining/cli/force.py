@@ -8,24 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from vmachining import force
 from vmachining.cli.judge_commands import Identify, Predict
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import InputError
-from vmachining.force import (
-    NAMES,
-    Coefficients,
-    Identification,
-    LayerFit,
-    Overlay,
-    align,
-    identify,
-    layer_coefficients,
-    predicted_means,
-    read_tests,
-    read_trace,
-    smoothed,
-)
 from vmachining.job import Job
 from vmachining.job.brep import parse_blocks
 from vmachining.job.files import write_atomic, write_table
@@ -34,17 +21,17 @@ from vmachining.nc import Motion
 
 
 def identify_(o: Identify) -> int:
-    tests = read_tests(o.data, on=o.on)
-    fit: LayerFit | Identification
+    tests = force.read_tests(o.data, on=o.on)
+    fit: force.LayerFit | force.Identification
     title = o.name or o.data.stem
     if o.method == "layers":
-        fit = layer_coefficients(tests, o.corner_radius, o.teeth)
-        found = smoothed(fit, degree=o.degree, ref=o.layer_ref, name=title)
+        fit = force.layer_coefficients(tests, o.corner_radius, o.teeth)
+        found = force.smoothed(fit, degree=o.degree, ref=o.layer_ref, name=title)
         more = ["", "[layers]", f"low_mm = {fit.low.tolist()}", f"high_mm = {fit.high.tolist()}"]
-        more += [f"{key} = {fit.values[:, k].tolist()}" for k, key in enumerate(NAMES)]
+        more += [f"{key} = {fit.values[:, k].tolist()}" for k, key in enumerate(force.NAMES)]
         summary: dict[str, Any] = {"method": "layers", "tests": len(tests), "layers": len(fit.low)}
     else:
-        result = fit = identify(
+        result = fit = force.identify(
             tests, o.corner_radius, o.teeth, degree=o.degree, weights=o.weights,
             confidence=o.confidence, name=title,
         )  # fmt: skip
@@ -56,11 +43,8 @@ def identify_(o: Identify) -> int:
     if o.validate is not None:
         summary["validation"], told = _validated(found, o.validate, o)
         more += told
-        note(
-            "validation: largest deviation of Fx, Fy, Fz "
-            + ", ".join(f"{v:.3g} %" for v in summary["validation"]["largest_percent"])
-            + " of the largest mean", quiet=o.as_json,
-        )  # fmt: skip
+        off = ", ".join(f"{v:.3g} %" for v in summary["validation"]["largest_percent"])
+        note(f"validation: largest deviation of Fx, Fy, Fz {off} of the largest mean", quiet=o.as_json)
     text = found.to_toml(more)
     warnings = found.negative(*found.height_mm)
     for words in warnings:
@@ -78,17 +62,17 @@ def identify_(o: Identify) -> int:
     if o.as_json:
         emit({
             "name": found.name, "height_mm": list(found.height_mm),
-            "powers": {key: found.powers[k].tolist() for k, key in enumerate(NAMES)}, **summary, "warnings": warnings,
+            "powers": {key: found.powers[k].tolist() for k, key in enumerate(force.NAMES)}, **summary, "warnings": warnings,
         })  # fmt: skip
     elif o.out is None:
         print(text, end="")
     return Code.DONE
 
 
-def _validated(found: Coefficients, data: Path, o: Identify) -> tuple[dict[str, Any], list[str]]:
+def _validated(found: force.Coefficients, data: Path, o: Identify) -> tuple[dict[str, Any], list[str]]:
     """Slots that were not fitted: deviation per axis, as numbers and as lines of the file."""
-    tests = read_tests(data, on=o.on)
-    off = predicted_means(found, tests, o.corner_radius, o.teeth) - tests.force
+    tests = force.read_tests(data, on=o.on)
+    off = force.predicted_means(found, tests, o.corner_radius, o.teeth) - tests.force
     rms = np.sqrt((off**2).mean(axis=0))
     percent = 100.0 * np.abs(off).max(axis=0) / np.abs(tests.force).max(axis=0)
     told = {"tests": len(tests), "rms_n": rms.tolist(), "largest_percent": percent.tolist()}
@@ -108,12 +92,9 @@ def predict_(o: Predict) -> int:
     job = Job.load(o.job)
     trace = None
     if o.measured is not None:  # before minutes are spent on the prediction
-        speeds = {
-            m.spindle_rpm
-            for m in read_job_program(job).moves
-            if m.motion is not Motion.RAPID and m.spindle_rpm
-        }
-        trace = read_trace(o.measured, on=o.on, rev_min=speeds.pop() if len(speeds) == 1 else None)
+        moves = (m for m in read_job_program(job).moves if m.motion is not Motion.RAPID)
+        speeds = {m.spindle_rpm for m in moves if m.spindle_rpm}
+        trace = force.read_trace(o.measured, on=o.on, rev_min=speeds.pop() if len(speeds) == 1 else None)
     blocks = None if o.block == "all" else [k for part in parse_blocks(o.block, "--block") for k in part]
     with progress_bar(quiet=o.quiet or o.as_json) as progress:
         found = predict(job, blocks, progress=progress or (lambda *_: None))
@@ -121,15 +102,19 @@ def predict_(o: Predict) -> int:
     paths = write_forces(found, folder, name=job.name)
     over = None
     if trace is not None:
-        over = align(found.turns(), trace)
+        over = force.align(found.turns(), trace)
         paths.append(folder / "forces_measured.csv")
         write_table(measured_table(over), paths[-1])
     worst = found.stations.sort("peak_n", descending=True).row(0, named=True)
     power = found.stations.sort("power_w", descending=True).row(0, named=True)
     if o.as_json:
+        compared = {} if over is None else {"measured": {
+            "start_s": over.start_s, "correlation": over.correlation, "notes": list(over.notes),
+            "axes": {axis: of._asdict() for axis, of in over.axes.items()},
+        }}  # fmt: skip
         emit({
             "stations": found.stations.height, "rows": found.series.height, "largest_force": worst, "largest_power": power,
-            "files": [str(path) for path in paths], "notes": list(found.notes), **_measured(over),
+            "files": [str(path) for path in paths], "notes": list(found.notes), **compared,
         })  # fmt: skip
         return Code.DONE
     for text in (*found.notes, *(over.notes if over is not None else ())):
@@ -138,9 +123,8 @@ def predict_(o: Predict) -> int:
     print(f"  force     at most {worst['peak_n']:.6g} N in block {worst['block']} (line {worst['line']})")
     print(f"  power     at most {power['power_w']:.6g} W in block {power['block']} (line {power['line']})")
     if over is not None:
-        print(
-            f"  measured  begins {over.start_s:.6g} s after the program, correlation {over.correlation:.3f}"
-        )
+        begins = f"begins {over.start_s:.6g} s after the program"
+        print(f"  measured  {begins}, correlation {over.correlation:.3f}")
         for axis, of in over.axes.items():
             print(
                 f"    F{axis}      rms {of.rms_n:.4g} N, {of.percent:.3g} % of the largest measured ({of.peak_measured_n:.5g} N; "
@@ -148,14 +132,3 @@ def predict_(o: Predict) -> int:
             )
     print(f"  files     {folder}")
     return Code.DONE
-
-
-def _measured(over: Overlay | None) -> dict[str, Any]:
-    if over is None:
-        return {}
-    return {
-        "measured": {
-            "start_s": over.start_s, "correlation": over.correlation, "notes": list(over.notes),
-            "axes": {axis: of._asdict() for axis, of in over.axes.items()},
-        }
-    }  # fmt: skip

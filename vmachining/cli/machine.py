@@ -27,9 +27,8 @@ def machine(o: Describe) -> int:
         print(f"{told['name']}: {told['configuration']}, class {told['class']}: {told['words']}")
         for axis in told["axes"]:
             low, high, speed = axis["min"], axis["max"], axis["max_speed_min"]
-            travel = (
-                "travel not stated" if low is None or high is None else f"{low:g} to {high:g} {axis['unit']}"
-            )
+            stated = low is not None and high is not None
+            travel = f"{low:g} to {high:g} {axis['unit']}" if stated else "travel not stated"
             fast = "" if speed is None else f", {speed:g} {axis['unit']}/min"
             print(f"  {axis['name']}  {axis['kind']}, carries the {axis['carries']}: {travel}{fast}")
         for words in [] if mill.chain is None else described(mill.chain)["rotary"]:

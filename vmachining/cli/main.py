@@ -11,6 +11,7 @@ import traceback
 import warnings
 from collections.abc import Sequence
 from enum import IntEnum
+from functools import partial
 from pathlib import Path
 from types import FrameType
 
@@ -19,6 +20,7 @@ from vmachining.notice import notice
 
 REPORT_TO = "https://github.com/vmachining/vmachining/issues"
 
+COMPILING = "compiling kernels, once: up to half a minute (`vmachining warm` does it ahead)"
 
 GARBAGE = 50_000
 """Objects after which cycles are looked for: the usual 700 costs a tenth of a start, whose modules stay."""
@@ -58,18 +60,15 @@ def _interrupted(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-def _compiling() -> None:
-    print("compiling kernels, once: up to half a minute (`vmachining warm` does it ahead)", file=sys.stderr)
-
-
 def run(argv: list[str]) -> int:
     """Run one command line; returns the exit code and never raises."""
     import typer
 
     from vmachining.cli.app import command
 
-    warnings.showwarning = _warned
-    notice.compiling = None if {"--quiet", "-q"} & set(argv) else _compiling
+    # a warning in one line, without the place in our code
+    warnings.showwarning = lambda message, *_, **__: print(f"vmachining: warning: {message}", file=sys.stderr)
+    notice.compiling = None if {"--quiet", "-q"} & set(argv) else partial(print, COMPILING, file=sys.stderr)
     usage_error = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
     try:
         outcome = command().main(argv, prog_name="vmachining", standalone_mode=False)
@@ -112,11 +111,6 @@ def _say(message: str, code: Code) -> int:
     sys.stdout.flush()
     print(f"vmachining: {message}", file=sys.stderr)
     return int(code)
-
-
-def _warned(message: Warning | str, *_: object, **__: object) -> None:
-    """A warning in one line, without the place in our code."""
-    print(f"vmachining: warning: {message}", file=sys.stderr)
 
 
 def _bug(exc: Exception, message: str) -> int:

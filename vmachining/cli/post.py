@@ -36,9 +36,8 @@ def post(o: Post) -> int:
     text, told = posted.text, posted.notes
     if plot is not None:
         if chain is None or posted.joints is None:
-            raise InputError(
-                "--plot: no machine was given, so there are no angles", remedy="--machine NAME, --dialect iso"
-            )
+            remedy = "--machine NAME, --dialect iso"
+            raise InputError("--plot: no machine was given, so there are no angles", remedy=remedy)
         write_joints(chain, posted.joints, posted.lines, plot, name=source.stem)
     if str(out) == "-" and not o.as_json:
         print(text, end="")
@@ -61,9 +60,7 @@ def post(o: Post) -> int:
 
 def _angles(text: str) -> dict[str, float]:
     """Angles by axis, from "A0,C90"."""
-    words = [
-        re.fullmatch(r"\s*([A-Za-z])\s*=?\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*", part) for part in text.split(",")
-    ]
-    if None in words:
+    word = r"\s*([A-Za-z])\s*=?\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*"
+    if not re.fullmatch(rf"{word}(?:,{word})*", text):
         raise InputError(f"--start {text!r}: expected angles in degrees, such as A0,C90")
-    return {word[1]: float(word[2]) for word in words if word is not None}
+    return {letter: float(angle) for letter, angle in re.findall(word, text)}

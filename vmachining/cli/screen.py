@@ -143,13 +143,9 @@ def progress_bar(*, quiet: bool) -> Iterator[Callable[[str, int, int], None] | N
             return Text("" if speed is None else f"{speed:,.0f}/s" if speed >= 10.0 else f"{speed:.2g}/s")
 
     columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        _Rate(),
-        TimeElapsedColumn(),
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Rate(), TimeElapsedColumn(),
         _TimeLeft(elapsed_when_finished=False),
-    )
+    )  # fmt: skip
     with bars(*columns) as bar:
         tasks: dict[str, Any] = {}
 

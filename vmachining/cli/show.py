@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vmachining.report.live import Live
-    from vmachining.report.paper import Results
 
 OPTIONAL = {"logged": "logged.parquet", "references": "references.csv"}
 """Kinds of `run` that are drawn only where their table is there or where they are asked for."""
@@ -34,8 +33,11 @@ def figure(o: FigureOptions) -> int:
     from vmachining.report import paper
     from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw
 
+    suffixes = _chosen(o.formats, FORMATS, "--format")
     if folder.is_file():
-        return _benched(folder, o)
+        figures = from_clone("benchmarks.figures")
+        drawn = figures.draw_bench(figures.load_bench(folder), width_mm=o.width)
+        return _written(drawn, [], folder.parent if o.out is None else o.out, suffixes, o)
     # kinds that other commands than `run` leave tables for: the table, who reads it, who draws it
     more: dict[str, tuple[str, Callable[[Path], Any], Callable[..., Figure]]] = {
         "chips": ("chips.parquet", paper.ChipTable.load, paper.draw_chips),
@@ -46,42 +48,24 @@ def figure(o: FigureOptions) -> int:
     found = [name for name, (file, _, _) in more.items() if (folder / file).is_file()]
     alone = bool(found) and not (folder / "blocks.parquet").is_file()
     kinds = _chosen(o.kind, tuple(found) if alone else (*KINDS, *more), "--kind", every=True)
-    suffixes = _chosen(o.formats, FORMATS, "--format")
     if o.over is not None and o.over not in OVER:
         raise InputError(f"--over {o.over!r}: expected {' or '.join(OVER)}")
-    drawn: dict[str, Figure] = {}
-    missing: list[str] = []
-    for name in [kind for kind in kinds if kind in more] if kinds else found:
-        try:
-            _, load, drawer = more[name]
-            drawn[name] = drawer(load(folder), width_mm=o.width)
-        except InputError as exc:
-            if kinds or alone:
-                raise
-            missing.append(f"{name}: {exc.message}")
     every = () if alone else tuple(k for k in KINDS if k not in OPTIONAL or (folder / OPTIONAL[k]).is_file())
-    others = [kind for kind in kinds if kind in KINDS] if kinds else every
-    results = Results.load(folder) if others else None
-    for name in others:
-        assert results is not None
+    wanted = kinds or [*found, *every]
+    results = Results.load(folder) if set(wanted) & set(KINDS) else None
+    drawn, missing = {}, []
+    for kind in wanted:
         try:
-            drawn[name] = draw(results, name, over=o.over, width_mm=o.width)
+            if kind in more:
+                _, load, drawer = more[kind]
+                drawn[kind] = drawer(load(folder), width_mm=o.width)
+            elif results is not None:
+                drawn[kind] = draw(results, kind, over=o.over, width_mm=o.width)
         except InputError as exc:
-            if kinds or "matplotlib" in str(exc):
+            if kinds or alone or "matplotlib" in str(exc):
                 raise
-            missing.append(f"{name}: {exc.message}")
+            missing.append(f"{kind}: {exc.message}")
     return _written(drawn, missing, o.out if o.out is not None else folder, suffixes, o)
-
-
-def _benched(file: Path, o: FigureOptions) -> int:
-    """Diagrams of a file of `bench`."""
-    from vmachining.report.paper import FORMATS
-
-    figures = from_clone("benchmarks.figures")
-    drawn = figures.draw_bench(figures.load_bench(file), width_mm=o.width)
-    return _written(
-        drawn, [], o.out if o.out is not None else file.parent, _chosen(o.formats, FORMATS, "--format"), o
-    )
 
 
 def _written(
@@ -113,32 +97,30 @@ def _chosen(text: str, known: tuple[str, ...], option: str, *, every: bool = Fal
 
 def strategies(o: Strategies) -> int:
     """`vmachining strategies`: runs a job, judges all strategies by simulation, then shows the comparison."""
-    from vmachining.job import Job
-    from vmachining.job.batch import safe_name
     from vmachining.report.paper import Results
 
     folder = target = o.target
-    if target.is_dir() and o.engine is not None:
-        raise InputError(
-            f"--engine {o.engine}: {target} is a result, and nothing is cut", remedy="give the job"
-        )
+    _refuse_engine(target, o.engine)
     if not target.is_dir():
         job = Job.load(target)
         if job.keys.feed is None:
+            remedy = "give strategy, min_mm_min and max_mm_min under [feed]"
             raise InputError(
-                "no [feed] table: the limits of the feed are missing",
-                file=target, remedy="give strategy, min_mm_min and max_mm_min under [feed]",
-            )  # fmt: skip
+                "no [feed] table: the limits of the feed are missing", file=target, remedy=remedy
+            )
         folder = o.out if o.out is not None else Path("out") / safe_name(job.name)
-        code = run_job(
-            target, RunOptions(engine=o.engine), out=folder, resume=o.resume, quiet=o.quiet or o.as_json, every_strategy=True
-        )  # fmt: skip
+        options, quiet = RunOptions(engine=o.engine), o.quiet or o.as_json
+        code = run_job(target, options, out=folder, resume=o.resume, quiet=quiet, every_strategy=True)
         if code != Code.DONE:
             return code
     results = Results.load(folder)
     if results.strategies is None:
         raise InputError("no comparison of strategies", file=folder, remedy="run a job with a [feed] table")
-    missing = _missing(results)
+    # strategies that are not in the table, and why
+    told = "; ".join(text for text in results.summary.get("contact_notes", ()) if "are empty" in text)
+    lacks = {"chip_area": "nothing is known of the chips", "force": "the job has no [force] table"}
+    known = results.strategies["strategy"].to_list()
+    missing = {name: told or why for name, why in lacks.items() if name not in known}
     if o.as_json:
         emit({"name": results.name, "strategies": results.strategies.to_dicts(), "not_compared": missing})
         return Code.DONE
@@ -146,21 +128,16 @@ def strategies(o: Strategies) -> int:
     for name, why in missing.items():
         note(f"not compared: {name.replace('_', ' ')}: {why}")
     if still := results.summary.get("untouched_lines"):
-        note(
-            f"{len(still)} lines keep their feed in every program: it cannot be changed (from line {still[0]} on)"
-        )
+        where = f"(from line {still[0]} on)"
+        note(f"{len(still)} lines keep their feed in every program: it cannot be changed {where}")
     return Code.DONE
 
 
-def _missing(results: Results) -> dict[str, str]:
-    """Strategies that are not in the table, and why."""
-    assert results.strategies is not None
-    told = "; ".join(text for text in results.summary.get("contact_notes", ()) if "are empty" in text)
-    gone = [name for name in ("chip_area", "force") if name not in results.strategies["strategy"].to_list()]
-    return {
-        name: told or ("the job has no [force] table" if name == "force" else "nothing is known of the chips")
-        for name in gone
-    }
+def _refuse_engine(target: Path, engine: str | None) -> None:
+    if target.is_dir() and engine is not None:
+        raise InputError(
+            f"--engine {engine}: {target} is a result, and nothing is cut", remedy="give the job"
+        )
 
 
 def _table(name: str, table: Any) -> None:
@@ -183,14 +160,11 @@ def _table(name: str, table: Any) -> None:
         lines.append(
             (title, goal, row["judged"], f"{row['time_s']:.2f}", machine, str(row["inserted"]), *loads)
         )
-    wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    first, *wide = (max(map(len, column)) for column in zip(*lines, strict=True))
     print(f"{name}: peaks (standard deviation over mean, in the time that cuts)")
-    for line in lines:
-        cells = [
-            line[0].ljust(wide[0]),
-            *(cell.rjust(size) for cell, size in zip(line[1:], wide[1:], strict=True)),
-        ]
-        print(f"  {'  '.join(cells)}")
+    for title, *line in lines:
+        cells = (cell.rjust(size) for cell, size in zip(line, wide, strict=True))
+        print(f"  {'  '.join([title.ljust(first), *cells])}")
 
 
 LOOK_SECONDS = 0.5
@@ -202,16 +176,12 @@ def view(o: View) -> int:
     from vmachining.report.live import LOOPBACK, REPORT, Live, serve
 
     target = o.target
+    _refuse_engine(target, o.engine)
     if target.is_dir():
-        if o.engine is not None:
-            raise InputError(
-                f"--engine {o.engine}: {target} is a result, and nothing is cut", remedy="give the job"
-            )
         manifest = read_manifest(target)
         if manifest is None or REPORT not in manifest.get("outputs", ()):
-            raise InputError(
-                "no result directory with a report", file=target, remedy="give a job file, or what run had as --out"
-            )  # fmt: skip
+            remedy = "give a job file, or what run had as --out"
+            raise InputError("no result directory with a report", file=target, remedy=remedy)
         live = Live(target, str(manifest.get("job", target.name)))
     else:
         job = Job.load(target)

@@ -21,8 +21,9 @@ def sweep(o: Sweep) -> int:
         raise InputError(
             "--step writes the B-rep solid, which --no-brep leaves out", remedy="drop one of them"
         )
+    from vmachining.interval import Interval
     from vmachining.job.folder import refuse_target
-    from vmachining.job.single import read_sweep
+    from vmachining.job.single import read_sweep, sweep_record
     from vmachining.report.paper import TIMES, draw_regions, is_picture, write_figure
 
     drawn = plot is not None and is_picture(plot, "--plot")
@@ -31,13 +32,10 @@ def sweep(o: Sweep) -> int:
             "--at chooses the curves of a picture", remedy="add --plot regions.pdf, or .svg, .png"
         )
     times = TIMES if o.at is None else _fractions(o.at)
-    if step is not None:
-        refuse_target(step, {"sweep": Path(name)}, STEP_MARK)
-    if plot is not None:
-        refuse_target(plot, {"sweep": Path(name)}, PICTURE_MARK if drawn else PLOT_MARK)
+    for target, mark in ((step, STEP_MARK), (plot, PICTURE_MARK if drawn else PLOT_MARK)):
+        if target is not None:
+            refuse_target(target, {"sweep": Path(name)}, mark)
     found = read_sweep(name)
-    from vmachining.interval import Interval
-    from vmachining.job.single import sweep_record
 
     def tell(bracket: Interval) -> None:
         if not o.as_json:
@@ -97,10 +95,8 @@ def from_clone(module: str) -> Any:
     except ModuleNotFoundError as exc:
         if exc.name != "benchmarks":
             raise
-        raise InputError(
-            "benchmarks and the making of reference sets are not installed with the package",
-            remedy="clone the source: the same command works there",
-        ) from exc
+        what = "benchmarks and the making of reference sets are not installed with the package"
+        raise InputError(what, remedy="clone the source: the same command works there") from exc
 
 
 def block(o: Block) -> int:

@@ -47,20 +47,14 @@ def compare_(o: CompareTimes) -> int:
         note(text)
     found = []
     for one in laid:
-        for words in (one.clock(), one.another):
-            if words is not None:
-                note(words)
+        _doubts(one)
         found.append(compare(one, limits))
     for each in [] if o.as_json else found:
         print(
-            f"{each.name}: predicted {each.predicted_s:.1f} s, logged {each.logged_s:.1f} s ({100 * each.error:+.1f} %), "
-            f"feeds alone {each.ideal_s:.1f} s"
+            f"{each.name}: {_beside(each.predicted_s, each.logged_s, each.error)}, feeds alone {each.ideal_s:.1f} s"
         )
         for tool in each.tools:
-            print(
-                f"  tool {tool['tool']}: predicted {tool['predicted_s']:.1f} s, logged {tool['logged_s']:.1f} s "
-                f"({100 * tool['error']:+.1f} %)"
-            )
+            print(f"  tool {tool['tool']}: {_beside(tool['predicted_s'], tool['logged_s'], tool['error'])}")
         for reason, seconds in each.left_out.items():
             print(f"  not compared: {seconds:.0f} s of {reason}")
     if o.table is not None:
@@ -84,9 +78,7 @@ def join_(o: Join) -> int:
     left: dict[str, float] = {}
     for path in o.logs:
         laid = lay(read_log(path), driven)
-        for words in (laid.clock(), laid.another):
-            if words is not None:
-                note(words)
+        _doubts(laid)
         for reason, seconds in laid.left_out.items():
             note(f"{path.name}: not compared: {seconds:.0f} s of {reason}")
             left[reason] = left.get(reason, 0.0) + seconds
@@ -115,19 +107,26 @@ def join_(o: Join) -> int:
     return Code.DONE
 
 
+def _beside(predicted: float, logged: float, error: float) -> str:
+    return f"predicted {predicted:.1f} s, logged {logged:.1f} s ({100 * error:+.1f} %)"
+
+
+def _doubts(laid: Laid) -> None:
+    for words in (laid.clock(), laid.another):
+        if words is not None:
+            note(words)
+
+
 def _laid(logs: list[Path], programs: list[Path], chain: Machine | None = None) -> list[Laid]:
     if len(programs) not in (1, len(logs)):
-        raise InputError(
-            f"{len(logs)} logs and {len(programs)} programs", remedy="give one --program, or one for each log"
-        )
+        remedy = "give one --program, or one for each log"
+        raise InputError(f"{len(logs)} logs and {len(programs)} programs", remedy=remedy)
     driven: dict[Path, Driven] = {}
     for path in programs:
         if path not in driven:
             program = read_program(path, dialect="auto")
-            if program.errors:
-                note(
-                    f"{path}: {len(program.errors)} findings that `vmachining nc check` names; what is read is timed"
-                )
+            if count := len(program.errors):
+                note(f"{path}: {count} findings that `vmachining nc check` names; what is read is timed")
             try:
                 refuse_unread(program)
             except NCError as exc:

@@ -24,41 +24,16 @@ G0 Z5
 M30
 """
 
-JOB = """\
-[program]
-file = "warm.nc"
-home = [0, 0, 20]
-[machine]
-rapid_mm_min = 6000
-max_feed_mm_min = 4000
-max_acceleration_mm_s2 = 2000
-[[tools]]
-number = 1
-type = "bull"
-diameter_mm = 6
-corner_radius_mm = 1
-length_mm = 30
-flute_length_mm = 15
-flutes = 2
-helix_deg = 30
-[force]
-coefficients = "aluminium_like_constant"
-[stock]
-box = { min = [0, 0, -8], max = [16, 16, 0] }
-[design]
-stl = "warm.stl"
-[vectors]
-spacing_mm = 1.0
-[accuracy]
-chord_mm = 0.1
-width = 0.003
-width_mm3 = 0.001
-[feed]
-strategy = "volume"
-reference = "auto"
-min_mm_min = 60
-max_mm_min = 3000
-"""
+JOB = {
+    "program": {"file": "warm.nc", "home": [0, 0, 20]},
+    "machine": {"rapid_mm_min": 6000, "max_feed_mm_min": 4000, "max_acceleration_mm_s2": 2000},
+    "tools": [{"number": 1, "type": "bull", "diameter_mm": 6, "corner_radius_mm": 1, "length_mm": 30, "flute_length_mm": 15,
+               "flutes": 2, "helix_deg": 30}],
+    "force": {"coefficients": "aluminium_like_constant"}, "stock": {"box": {"min": [0, 0, -8], "max": [16, 16, 0]}},
+    "design": {"stl": "warm.stl"}, "vectors": {"spacing_mm": 1.0},
+    "accuracy": {"chord_mm": 0.1, "width": 0.003, "width_mm3": 0.001},
+    "feed": {"strategy": "volume", "reference": "auto", "min_mm_min": 60, "max_mm_min": 3000},
+}  # fmt: skip
 
 
 def warm(o: Warm) -> int:
@@ -104,12 +79,12 @@ def _jobs() -> None:
     with TemporaryDirectory(prefix="vmachining-warm-") as name:
         folder = Path(name)
         (folder / "warm.nc").write_text(PROGRAM)
-        (folder / "job.toml").write_text(JOB)
         write_stock(BoxStock((1, 1, -8), (15, 15, -1)).mesh(0.1)[0], folder / "warm.stl")
+        job = Job.from_mapping(JOB, folder)
         for engine in ENGINES:
-            run(Job.load(folder / "job.toml"), engine=engine, workers=1)
-        engage(Job.load(folder / "job.toml"), 3)
-        engage(Job.load(folder / "job.toml"), 3, method="analytic")
+            run(job, engine=engine, workers=1)
+        engage(job, 3)
+        engage(job, 3, method="analytic")
     demonstrated()
 
 
