@@ -48,9 +48,8 @@ def parse_tools(words: Sequence[str]) -> dict[int, ToolNote]:
         number, kind = int(hit[1]), (hit[2] or "").lower() or None
         diameter = _mm(hit[3], hit[4])
         if not 0.0 < diameter <= MOST_MM:
-            raise InputError(
-                f"--tool {word}: a diameter of {diameter:g} mm", remedy=f"above 0, at most {MOST_MM:g} mm"
-            )
+            remedy = f"above 0, at most {MOST_MM:g} mm"
+            raise InputError(f"--tool {word}: a diameter of {diameter:g} mm", remedy=remedy)
         corner = angle = None
         if hit[5] is not None:
             role = SECOND.get(kind or "")
@@ -63,9 +62,8 @@ def parse_tools(words: Sequence[str]) -> dict[int, ToolNote]:
             else:
                 angle = value_of(hit[5]) / (2.0 if kind == "chamfer" else 1.0)
         if kind == "bull" and not (corner is not None and 0.0 < corner <= diameter / 2.0):
-            raise InputError(
-                f"--tool {word}: bull needs its corner radius, at most half of the diameter", remedy=_FORM
-            )
+            what = "bull needs its corner radius, at most half of the diameter"
+            raise InputError(f"--tool {word}: {what}", remedy=_FORM)
         if kind == "taper" and angle is None:
             raise InputError(
                 f"--tool {word}: taper needs its half angle in degrees", remedy="such as 5=taper:1:7"

@@ -3,7 +3,7 @@ total where all tools are upright."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,9 @@ import polars as pl
 
 from vmachining.engines.dexel import UprightJudge, Way
 from vmachining.engines.judges import Judge, in_words, intersection
-from vmachining.job.brep import JUDGED, RayWitness, judges_of
+from vmachining.job.brep import JUDGED, OPINION_SCHEMA, RayWitness, judges_of
 from vmachining.job.contact import ToolParts
 from vmachining.job.simulate import Stopped
-from vmachining.job.table import COLUMNS, OPINION
 from vmachining.job.toolpath import Toolpath
 from vmachining.progress import Progress
 from vmachining.stock import Stock
@@ -69,31 +68,23 @@ def audited(
         progress("second judge", done, len(chosen))
         if stop():
             raise Stopped("second judge", done, len(chosen))
-        is_quick = quick.takes(block)
-        judges = [
-            *said[block],
-            Judge("dexel", quick.removed(block)) if is_quick else looked_closer(block, False),
-        ]
+        first = Judge("dexel", quick.removed(block)) if quick.takes(block) else looked_closer(block, False)
+        judges = [*said[block], first]
         if intersection(judges) is None:  # nobody is accused by a first look
             judges[-1] = looked_closer(block, True)
-        found.append(_row(block, judges))
-    schema: dict[str, Any] = {
-        "block": pl.Int64,
-        **{name: COLUMNS[name] for name in OPINION},
-        "brep_note": pl.String,
-    }
+        ends, status, note = judges[-1].removal.bracket, None, ""
+        if intersection(judges) is None:
+            status, note = "disputed", f"DISPUTED: {in_words(judges)}: at least one of them is wrong"
+        found.append((block, None, None, None, status, ends[1], ends[0], ends[2], note))
     disputed = sum(row[4] is not None for row in found)
     told = {
         "blocks": len(found),
         "disputed_blocks": disputed,
         **_total(quick, rows if total else rows.clear()),
     }
-    counts = {
-        "asked": 0,
-        **dict.fromkeys(JUDGED, 0),
-        "disputed": max(disputed, told["total_agrees"] is False),
-    }
-    return pl.DataFrame(found, schema=schema, orient="row"), counts, told
+    disputes = max(disputed, told["total_agrees"] is False)
+    counts = {"asked": 0, **dict.fromkeys(JUDGED, 0), "disputed": disputes}
+    return pl.DataFrame(found, schema=OPINION_SCHEMA, orient="row"), counts, told
 
 
 def _chosen(removing: pl.DataFrame, most: int, is_quick: Callable[[int], bool]) -> list[int]:
@@ -101,7 +92,8 @@ def _chosen(removing: pl.DataFrame, most: int, is_quick: Callable[[int], bool]) 
     remove much with a wide bracket first; of exact rays only one in `EVERY`."""
     numbers = removing["block"].to_list()
     few = -(-len(numbers) // EVERY)
-    even = _spread(numbers, min(most, few))
+    share = min(most, few)
+    even = [numbers[((k + 1) * len(numbers)) // share - 1] for k in range(share)]  # the last one among them
     count = min(most, max(FEWEST, few), len(numbers))
     rare = [block for block in even if not is_quick(block)]
     width = (removing["removed_hi_mm3"] - removing["removed_lo_mm3"]).to_numpy()
@@ -119,11 +111,6 @@ def _chosen(removing: pl.DataFrame, most: int, is_quick: Callable[[int], bool]) 
     return sorted(chosen)
 
 
-def _spread(numbers: Sequence[int], count: int) -> list[int]:
-    """Some of them, evenly, the last one among them."""
-    return [numbers[((k + 1) * len(numbers)) // count - 1] for k in range(count)]
-
-
 def _total(quick: UprightJudge, rows: pl.DataFrame) -> dict[str, Any]:
     """Keys of the summary on all blocks together, see `UprightJudge.total`."""
     names = ("total_lo_mm3", "total_mm3", "total_hi_mm3", "total_agrees")
@@ -132,11 +119,3 @@ def _total(quick: UprightJudge, rows: pl.DataFrame) -> dict[str, Any]:
     lo, estimate, hi = quick.total().bracket
     agrees = float(rows["removed_lo_mm3"].sum()) <= hi and lo <= float(rows["removed_hi_mm3"].sum())
     return dict(zip(names, (lo, estimate, hi, agrees), strict=True))
-
-
-def _row(block: int, judges: Sequence[Judge]) -> tuple[Any, ...]:
-    lo, estimate, hi = judges[-1].removal.bracket
-    if intersection(judges) is not None:
-        return (block, None, None, None, None, estimate, lo, hi, "")
-    note = f"DISPUTED: {in_words(judges)}: at least one of them is wrong"
-    return (block, None, None, None, "disputed", estimate, lo, hi, note)

@@ -7,6 +7,7 @@ with a value inside the bracket, or refuses and says why. No number of the mesh 
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -45,6 +46,13 @@ SAMPLE = 20
 
 JUDGED = ("agreed", "retried", "refused", "disputed")
 """What may become of a block that was asked about."""
+
+OPINION_SCHEMA: dict[str, Any] = {
+    "block": pl.Int64,
+    **{name: COLUMNS[name] for name in OPINION},
+    "brep_note": pl.String,
+}
+"""What judges say of blocks."""
 
 BREP_HELP = "none | sample | all | blocks such as 3,7-12"
 
@@ -178,18 +186,11 @@ def brep_columns(
             progress("brep", len(verdicts), len(want))
     if len(verdicts) < len(want):
         raise Stopped("brep", len(verdicts), len(want))
-    schema: dict[str, Any] = {
-        "block": pl.Int64,
-        **{name: COLUMNS[name] for name in OPINION},
-        "brep_note": pl.String,
-    }
     rows_said = [_row(block.number, verdicts.get(block.number)) for block in toolpath.blocks]
-    table = pl.DataFrame(rows_said, schema=schema, orient="row")
-    counts: dict[str, Any] = {"asked": len(want)}
-    counts |= {word: sum(v.status == word for v in verdicts.values()) for word in JUDGED}
-    won = [v.attempt for v in verdicts.values() if v.attempt]
-    counts["attempts"] = {name: won.count(name) for name in dict.fromkeys(won)}
-    return table, counts
+    counts = {word: sum(v.status == word for v in verdicts.values()) for word in JUDGED}
+    won = Counter(v.attempt for v in verdicts.values() if v.attempt)
+    table = pl.DataFrame(rows_said, schema=OPINION_SCHEMA, orient="row")
+    return table, {"asked": len(want), **counts, "attempts": dict(won)}
 
 
 def disputes(rows: pl.DataFrame) -> list[tuple[int, int, str, str, str]]:
@@ -197,10 +198,8 @@ def disputes(rows: pl.DataFrame) -> list[tuple[int, int, str, str, str]]:
     found = rows.filter(pl.col("brep_status") == "disputed")
     names = ("engine", "removed_lo_mm3", "removed_hi_mm3", "removed_dexel_lo_mm3", "removed_dexel_hi_mm3")
     return [
-        (block, line, text, f"{engine} {lo:.6g} to {hi:.6g} mm3", f"dexel {low:.6g} to {high:.6g} mm3")
-        for block, line, text, engine, lo, hi, low, high in found.select(
-            "block", "line", "text", *names
-        ).iter_rows()
+        (*head, f"{engine} {lo:.6g} to {hi:.6g} mm3", f"dexel {low:.6g} to {high:.6g} mm3")
+        for *head, engine, lo, hi, low, high in found.select("block", "line", "text", *names).iter_rows()
     ]
 
 
@@ -221,13 +220,15 @@ def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
     if after is not None:
         refuse_beyond((range(after, after + 1),), len(blocks) - 1, "STEP of the workpiece")
         blocks = blocks[: after + 1]
-    step_file(
-        path,
-        blank(job),
-        [toolpath.sweeps(block, tools) for block in blocks],
-        _brackets(result.blocks, float(result.summary.get("stock_slack_mm3", 0.0)))[: len(blocks)],
-        [f"block {block.number} line {block.line} tool {block.tool}" for block in blocks],
+    slack = float(result.summary.get("stock_slack_mm3", 0.0))  # of the triangles that were cut
+    rows = (
+        result.blocks.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3").head(len(blocks)).iter_rows()
     )
+    step_file(
+        path, blank(job), [toolpath.sweeps(block, tools) for block in blocks],
+        [Interval(max(0.0, lo - slack), mid, hi + slack) for lo, mid, hi in rows],
+        [f"block {block.number} line {block.line} tool {block.tool}" for block in blocks],
+    )  # fmt: skip
 
 
 def judges_of(rows: pl.DataFrame) -> dict[int, list[Judge]]:
@@ -245,12 +246,6 @@ def _slack(stock: Stock, sweeps: Sequence[Sweep]) -> float:
         return 0.0
     bounds = np.array([sweep.bounds for sweep in sweeps])
     return stock.slack_near(np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)]))
-
-
-def _brackets(rows: pl.DataFrame, slack: float) -> list[Interval]:
-    """What every block removes from the stock as it was given: the mesh engine cut its triangles."""
-    table = rows.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
-    return [Interval(max(0.0, lo - slack), mid, hi + slack) for lo, mid, hi in table.iter_rows()]
 
 
 def _row(block: int, verdict: Verdict | None) -> tuple[Any, ...]:
@@ -335,15 +330,8 @@ class RayWitness:
     def __call__(self, block: int, again: bool = False) -> Judge:
         """See `vmachining.engines.brep.removal.check.Witness`."""
         if self._engine is None:
-            self._engine = dexel.RayEngine(self.stock, want_rel=self.want_rel, most=self.most)
-            self._members = [
-                [self._engine.add(sweep, k) for sweep in each] for k, each in enumerate(self.blocks)
-            ]
-        members = self._members[block]
-        if not again:
-            found = self._engine.removed(members, seed=block)
-        else:
-            found = self._engine.removed(
-                members, seed=len(self.blocks) + block, want_rel=0.5 * self.want_rel, most=4 * MOST
-            )
+            self._engine = engine = dexel.RayEngine(self.stock, want_rel=self.want_rel, most=self.most)
+            self._members = [[engine.add(sweep, k) for sweep in each] for k, each in enumerate(self.blocks)]
+        closer: dict[str, Any] = {"want_rel": 0.5 * self.want_rel, "most": 4 * MOST} if again else {}
+        found = self._engine.removed(self._members[block], seed=block + again * len(self.blocks), **closer)
         return Judge(self.name, widened(found, self.slacks[block] if self.slacks else 0.0))

@@ -17,6 +17,7 @@ that, so the stock may reach 1e9 chords from the origin; beyond 1e11 brackets we
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from math import asin, ceil, pi, sqrt
 from pathlib import Path
 from typing import NamedTuple
@@ -83,11 +84,9 @@ def cutter_facets(profile: Profile, chord: float) -> float:
         around = 2 * _steps(run.max_radius, pi, sag)
         along = 0.0
         for k, radius in enumerate(run.radii):
-            if radius > 0.0:
-                a, b = run.points[k] - run.centers[k], run.points[k + 1] - run.centers[k]
-                along += _steps(float(radius), float(np.arccos(np.clip(a @ b / radius**2, -1.0, 1.0))), sag)
-            else:
-                along += 1
+            a, b = run.points[k] - run.centers[k], run.points[k + 1] - run.centers[k]
+            turn = float(np.arccos(np.clip(a @ b / radius**2, -1.0, 1.0))) if radius > 0.0 else 0.0
+            along += _steps(float(radius), turn, sag)  # 1 of a straight one
         total += 2 * around * (along + 1)
     return total
 
@@ -138,7 +137,9 @@ def refuse_fine(job: Job, tools: Mapping[int, ToolParts], chord: float) -> None:
 
     Raises JobError: The chord asks for more than can be made; says the number, and a chord that can.
     """
-    limits = [_limit_of_facets(f"tool {number}", parts.cutter) for number, parts in tools.items()]
+    limits = [
+        _facets_at_most(f"tool {n}", partial(cutter_facets, parts.cutter)) for n, parts in tools.items()
+    ]
     keys, scale = job.keys.stock, job.scale
     if (bar := keys.cylinder) is not None:
         radius = scale * bar.radius
@@ -164,10 +165,8 @@ def refuse_costly(
     cost = estimate(toolpath, tools, chord, only)
 
     def days(at: float) -> str | None:
-        seconds = (cost if at == chord else estimate(toolpath, tools, at, only)).seconds
-        return (
-            f"the program would take about {seconds / DAY:,.0f} days" if seconds > MOST_DAYS * DAY else None
-        )
+        long = (cost if at == chord else estimate(toolpath, tools, at, only)).seconds / DAY
+        return f"the program would take about {long:,.0f} days" if long > MOST_DAYS else None
 
     _refuse(job, chord, [_limit_of_reach(float(np.abs(bounds).max())), days])
     return cost
@@ -179,22 +178,12 @@ Limit = Callable[[float], str | None]
 
 def _facets_at_most(name: str, count: Callable[[float], float]) -> Limit:
     def limit(chord: float) -> str | None:
-        found = count(chord)
-        return (
-            f"{name} would have {_counted(found)} facets, more than {MOST_FACETS:,}"
-            if found > MOST_FACETS
-            else None
-        )
+        if (found := count(chord)) <= MOST_FACETS:
+            return None
+        shown = f"{found:,.0f}" if found < 1e12 else f"{found:.3g}"
+        return f"{name} would have {shown} facets, more than {MOST_FACETS:,}"
 
     return limit
-
-
-def _counted(number: float) -> str:
-    return f"{number:,.0f}" if number < 1e12 else f"{number:.3g}"
-
-
-def _limit_of_facets(name: str, cutter: Profile) -> Limit:
-    return _facets_at_most(name, lambda chord: cutter_facets(cutter, chord))
 
 
 def _limit_of_reach(reach: float) -> Limit:
@@ -210,13 +199,9 @@ def _refuse(job: Job, chord: float, limits: Sequence[Limit]) -> None:
     larger = (float(f"{digit}e{power}") for power in range(exponent, exponent + 20) for digit in (1, 2, 5))
     enough = (v for v in larger if v > chord and all(limit(v) is None for limit in limits))
     feasible = next(enough, None)
-    raise JobError(
-        f"chord_mm = {chord:g} cannot be done: {'; '.join(found)}",
-        **job.where("accuracy", "chord_mm"),
-        remedy=f"take chord_mm = {feasible:g} or more"
-        if feasible is not None
-        else "make the program shorter",
-    )
+    remedy = "make the program shorter" if feasible is None else f"take chord_mm = {feasible:g} or more"
+    what = f"chord_mm = {chord:g} cannot be done: {'; '.join(found)}"
+    raise JobError(what, **job.where("accuracy", "chord_mm"), remedy=remedy)
 
 
 SHARES = 4
@@ -252,15 +237,14 @@ def affordable(
     looked, _ = feed_motions(toolpath, tools)
     handed = [hands_on(Sweep.along(tools[tool].cutter, path)) for tool, path in looked]
     engine = best_engine(handed) if asked is None else asked
-    if engine == "mesh" or any(handed):
-        by_mesh = tools if engine == "mesh" else {
-            tool: tools[tool] for (tool, _), hand in zip(looked, handed, strict=True) if hand
-        }  # fmt: skip
-        refuse_fine(job, by_mesh, chord)
-        only = None if engine == "mesh" else hands_on
-        cost = refuse_costly(job, toolpath, tools, stock.bounds, chord, only=only)
-        return Choice(engine, cost.longest_s, False)
-    return Choice(engine, 0.0, True)
+    if engine != "mesh" and not any(handed):
+        return Choice(engine, 0.0, True)
+    by_mesh = {tool: tools[tool] for (tool, _), hand in zip(looked, handed, strict=True) if hand}
+    refuse_fine(job, tools if engine == "mesh" else by_mesh, chord)
+    only = None if engine == "mesh" else hands_on
+    return Choice(
+        engine, refuse_costly(job, toolpath, tools, stock.bounds, chord, only=only).longest_s, False
+    )
 
 
 def refuse_no_cut(job: Job, toolpath: Toolpath, tools: Mapping[int, ToolParts], stock: Stock) -> None:

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,10 +39,7 @@ from vmachining.stock import StepStock
 from vmachining.sweep import Stance, Sweep, Turn
 from vmachining.sweep.bounds import body_bounds
 from vmachining.tolerance import LENGTH_EPS_MM
-from vmachining.tool import Edge, EdgeParts, Profile, Tool
-
-if TYPE_CHECKING:
-    from vmachining.engines.brep import Blank
+from vmachining.tool import Edge, EdgeParts, Profile
 
 Method = Literal["dexel", "brep", "analytic"]
 EdgeKind = Literal["straight", "helix"]
@@ -122,12 +119,11 @@ class Scene:
         program = read_job_program(job)
         refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))
         toolpath = Toolpath.of(program, job.machine)
+        blocks = toolpath.blocks
         cuts = tuple(
-            (block.number, move.tool, path)
-            for block in toolpath.blocks
-            for move, path in toolpath.cuts(block)
+            (block.number, move.tool, path) for block in blocks for move, path in toolpath.cuts(block)
         )
-        return cls(job, program, toolpath.blocks, cuts, {})
+        return cls(job, program, blocks, cuts, {})
 
     def engage(
         self,
@@ -147,9 +143,14 @@ class Scene:
         index, t = self.place(block, at)
         _, number, path = self.cuts[index]
         tool = self.job.tools[number]
-        cutting = Edge(tool, helix_deg=_helix(tool, number) if edge == "helix" else 0.0, bottom=bottom)
-        stance = Stance.on(path, t)
-        own = _own(block, tool.cutter, path, t)
+        helix = tool.helix_deg if edge == "helix" else 0.0
+        if helix is None:
+            remedy = "give helix_deg in its [[tools]] table, or a straight edge"
+            raise InputError(f"tool {number} has no helix angle", remedy=remedy)
+        cutting, stance = Edge(tool, helix_deg=helix, bottom=bottom), Stance.on(path, t)
+        own: list[Past] = []  # the first part of the block, where it can cover the front of the tool
+        if t > 0.0 and not (isinstance(path, Line) and tool.cutter.is_convex):
+            own = [Past(block, Sweep.along(tool.cutter, path if t == 1.0 else path.split([t])[0]))]
         stock, notes = self._stock(method)
         phi = 2.0 * np.pi * (np.arange(angles) + phase) / angles
         parts = facing_parts(cutting, stance, phi)
@@ -163,10 +164,9 @@ class Scene:
         near = past if method == "analytic" else sweeps_near(cutting, stance, phi, parts, past)
         if method == "analytic":
             corner_of(tool.cutter)  # refuses other cutters before anything is computed
-            notes = (*notes, f"the workpiece is known by its heights over cells of {pitch:g} mm")
+            notes += (f"the workpiece is known by its heights over cells of {pitch:g} mm",)
         if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
-            notes = (
-                *notes,
+            notes += (
                 "the bottom disc leads too and may cut; the edge has it only when the bottom is asked for",
             )
         with self._workpiece(method, stock, near, seconds, pitch, region) as workpiece:
@@ -292,13 +292,11 @@ class Scene:
     ) -> AbstractContextManager[Workpiece]:
         if method == "analytic":
             return nullcontext(HeightWorkpiece(heights_of(stock, past, pitch, region)))
-        return _solids(stock, past, seconds) if method == "brep" else nullcontext(RayWorkpiece(stock, past))
+        if method == "dexel":
+            return nullcontext(RayWorkpiece(stock, past))
+        from vmachining.engines.brep import BrepWorkpiece
 
-
-def _solids(stock: Blank, past: list[Past], seconds: float) -> AbstractContextManager[Workpiece]:
-    from vmachining.engines.brep import BrepWorkpiece
-
-    return BrepWorkpiece(stock, [(one.block, one.sweep) for one in past], By.STOCK, seconds)
+        return BrepWorkpiece(stock, [(one.block, one.sweep) for one in past], By.STOCK, seconds)
 
 
 def _check(
@@ -322,22 +320,6 @@ def _check(
     ):
         if not right:
             raise InputError(wrong, remedy=remedy)
-
-
-def _helix(tool: Tool, number: int) -> float:
-    if tool.helix_deg is None:
-        raise InputError(
-            f"tool {number} has no helix angle",
-            remedy="give helix_deg in its [[tools]] table, or a straight edge",
-        )
-    return tool.helix_deg
-
-
-def _own(block: int, cutter: Profile, path: CutterPath, t: float) -> list[Past]:
-    """The first part of the block, where it can cover the front of the tool."""
-    if t == 0.0 or (isinstance(path, Line) and cutter.is_convex):
-        return []
-    return [Past(block, Sweep.along(cutter, path if t == 1.0 else path.split([t])[0]))]
 
 
 def _bottom_leads(stance: Stance, cutter: Profile) -> bool:

@@ -75,15 +75,11 @@ def positions(scene: Scene, blocks: str, *, at: float = 0.5, every_mm: float | N
         raise InputError("--block: these blocks are rapids, which cut nothing", remedy="ask for others")
     if every_mm is None:
         return [Position(block, at) for block in wanted]
-    counts = {
-        block: max(1, int(-(-lengths[block] // every_mm))) if lengths[block] > LENGTH_EPS_MM else 1
-        for block in wanted
-    }
+    moved = {block: lengths[block] if lengths[block] > LENGTH_EPS_MM else 0.0 for block in wanted}
+    counts = {block: max(1, int(-(-length // every_mm))) for block, length in moved.items()}
     if (total := sum(counts.values())) > MOST_POSITIONS:
-        raise InputError(
-            f"{total} positions, {MOST_POSITIONS} at most",
-            remedy=f"take fewer blocks, or a step of {every_mm * total / MOST_POSITIONS:.3g} mm",
-        )
+        remedy = f"take fewer blocks, or a step of {every_mm * total / MOST_POSITIONS:.3g} mm"
+        raise InputError(f"{total} positions, {MOST_POSITIONS} at most", remedy=remedy)
     return [Position(block, (k + 0.5) / n) for block, n in counts.items() for k in range(n)]
 
 
@@ -111,14 +107,16 @@ def engage_many(
         numbers.
     Raises Stopped: Ctrl-C; the positions that have answers are in the files.
     """
-    errands = list(_errands(asked))
+    errands, first, size = list[Sequence[Position]](), 0, 1
+    while first < len(asked):  # what a position costs is known after the first
+        errands.append(asked[first : first + size])
+        first, size = first + size, min(2 * size, BATCH)
     rows: list[list[dict[str, Any]]] = [[] for _ in errands]
+    done, stopped = 0, False
     with TemporaryDirectory(dir=folder, prefix=".engagement-") as parts:
-        done = 0
-        stopped = False
         try:
-            for number, found in _answers(job, errands, Path(parts), workers, options, chips):
-                rows[number] = found
+            for k, found in _answers(job, errands, Path(parts), workers, options, chips):
+                rows[k] = found
                 done += len(found)
                 if progress is not None:
                     progress("engagement", done, len(asked))
@@ -126,43 +124,25 @@ def engage_many(
             stopped = done < len(asked)
             if not done:
                 raise
-        known = [k for k, found in enumerate(rows) if found]
-        files = [file for k in known if (file := _part(Path(parts), k)).exists()]
+        known = [k for k, found in enumerate(rows) if found and _part(Path(parts), k).exists()]
         table = pl.DataFrame([row for found in rows for row in found], schema=POSITION_COLUMNS)
-        with atomic_path(folder / "engagement.parquet") as temporary:
-            pl.scan_parquet(files).sink_parquet(temporary)
-        if chips:
-            for kind in ("chips", "chip_points"):
-                with atomic_path(folder / f"{kind}.parquet") as temporary:
-                    pl.scan_parquet(
-                        [file.with_name(file.name.replace("intervals", kind)) for file in files]
-                    ).with_columns(
-                        pl.struct("block", "at").rank("dense").cast(pl.Int64).alias("position") - 1
-                    ).sink_parquet(temporary)
+        number = pl.struct("block", "at").rank("dense").cast(pl.Int64).alias("position") - 1
+        for kind in ("engagement", *(("chips", "chip_points") if chips else ())):
+            told = pl.scan_parquet([_part(Path(parts), k, kind) for k in known])
+            with atomic_path(folder / f"{kind}.parquet") as temporary:
+                (told if kind == "engagement" else told.with_columns(number)).sink_parquet(temporary)
     write_table(table, folder / "positions.parquet", folder / "positions.csv")
     if stopped:
         left = (errand[0].block for errand, found in zip(errands, rows, strict=True) if not found)
         begin = next(left, None)  # none, if the stop came with the last one
-        block = f"{begin}-{errands[-1][-1].block}"
-        rest = (
-            ""
-            if begin is None
-            else f"; the rest begins with block {begin}: --block {block} --out another directory"
-        )
+        again = f"--block {begin}-{errands[-1][-1].block} --out another directory"
+        rest = "" if begin is None else f"; the rest begins with block {begin}: {again}"
         then = f"they are in {folder / 'positions.csv'}{rest}"
         raise Stopped("engagement", done, len(asked), "position", then)
     return table
 
 
-def _errands(asked: Sequence[Position]) -> Iterator[Sequence[Position]]:
-    """Parts of one position, then of twice as many up to `BATCH`: what a position costs is known after the first."""
-    first, size = 0, 1
-    while first < len(asked):
-        yield asked[first : first + size]
-        first, size = first + size, min(2 * size, BATCH)
-
-
-def _part(folder: Path, number: int, kind: str = "intervals") -> Path:
+def _part(folder: Path, number: int, kind: str = "engagement") -> Path:
     return folder / f"{kind}-{number:06d}.parquet"
 
 
@@ -181,9 +161,8 @@ def _answers(
             yield number, desk.answer(number, errand)
         return
     # fresh interpreters: a fork would copy kernels that run their own threads
-    with ProcessPoolExecutor(
-        workers, get_context("spawn"), _open_desk, (job, folder, options, chips)
-    ) as pool:
+    desk_of = (job, folder, options, chips)
+    with ProcessPoolExecutor(workers, get_context("spawn"), _open_desk, desk_of) as pool:
         waiting = {pool.submit(_answer, k, errand): k for k, errand in enumerate(errands)}
         try:
             for future in as_completed(waiting):
@@ -211,9 +190,8 @@ class _Desk:
         path: dict[int, tuple[float, float]] = {}
         gone = 0.0
         for block, _, cut in scene.cuts:
-            path[block] = (
-                (gone, cut.length) if block not in path else (path[block][0], path[block][1] + cut.length)
-            )
+            before, own = path.get(block, (gone, 0.0))
+            path[block] = before, own + cut.length
             gone += cut.length
         return cls(scene, folder, options, clock, path)
 
@@ -264,10 +242,8 @@ def _chips(
         "block": position.block, "at": position.at, "time_s": clock.at(*position), "path_mm": path_mm,
         "feed_per_tooth_mm": feed if feed == feed else None,
     }  # fmt: skip
-    kinds = {
-        "block": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "path_mm": pl.Float64, "feed_per_tooth_mm": pl.Float64,
-    }  # fmt: skip
-    lead = [pl.lit(value, dtype=kinds[name]).alias(name) for name, value in head.items()]
+    kinds = {"block": pl.Int64}
+    lead = [pl.lit(value, dtype=kinds.get(name, pl.Float64)).alias(name) for name, value in head.items()]
     table, points = chip_table(found, feed_per_tooth=tooth), chip_points(found, feed_per_tooth=tooth)
     return table.select(*lead, pl.all()), points.select(*lead[:2], pl.all())
 

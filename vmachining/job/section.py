@@ -60,18 +60,15 @@ def section_table(scene: Scene, found: pl.DataFrame, angle_deg: float) -> pl.Dat
     # two angles may be as near; of each position the lower one is taken
     mine = mine.filter(pl.col("phi_deg") == pl.col("phi_deg").first().over("block", "at"))
     if not len(mine):
-        raise InputError(
-            f"--section {angle_deg:g}: nothing is engaged at this angle from the feed",
-            remedy="90 is straight ahead",
-        )
+        what = "nothing is engaged at this angle from the feed"
+        raise InputError(f"--section {angle_deg:g}: {what}", remedy="90 is straight ahead")
     longest = mine.row(int(mine["length_mm"].arg_max() or 0), named=True)
     rows = [
         *_along(scene, mine), *_across(scene, mine, longest), *_leads(scene, engaged),
         ("angle", angle_deg, longest["phi_feed_deg"], _lead(_stance(scene, longest)[2])),
     ]  # fmt: skip
-    return pl.DataFrame(
-        rows, schema=dict(zip(SECTION_COLUMNS, (pl.String, *3 * [pl.Float64]), strict=True)), orient="row"
-    )
+    kinds = dict(zip(SECTION_COLUMNS, (pl.String, *3 * [pl.Float64]), strict=True))
+    return pl.DataFrame(rows, schema=kinds, orient="row")
 
 
 Row = tuple[str, float, float, float]
@@ -91,9 +88,8 @@ def _stance(scene: Scene, row: dict[str, Any]) -> tuple[int, Edge, Stance]:
 
 def _lead(stance: Stance) -> float:
     """Degrees by which the axis leans towards the feed."""
-    return float(
-        np.degrees(np.arcsin(np.clip(stance.axis @ stance.velocity / np.linalg.norm(stance.velocity), -1, 1)))
-    )
+    leans = stance.axis @ stance.velocity / np.linalg.norm(stance.velocity)
+    return float(np.degrees(np.arcsin(np.clip(leans, -1, 1))))
 
 
 def _points(rows: pl.DataFrame, end: str) -> Floats:
@@ -135,18 +131,15 @@ def _across(scene: Scene, mine: pl.DataFrame, row: dict[str, Any]) -> Iterator[R
     wide = 1.4 * edge.profile.max_radius
     ends = {end: _points(here, end) - stance.tip for end in ("le", "ue")}
     top = max(float((ends["ue"] @ stance.axis).max()) * 1.5, 0.5 * wide)
-    u, v = (
-        c.ravel()
-        for c in np.meshgrid(np.linspace(0.0, wide, COLUMNS), np.linspace(-0.35 * top, top, 2 * ROWS))
-    )
+    sides = np.linspace(0.0, wide, COLUMNS), np.linspace(-0.35 * top, top, 2 * ROWS)
+    u, v = (c.ravel() for c in np.meshgrid(*sides))
     grid = stance.tip + u[:, None] * out + v[:, None] * stance.axis
     yield from _rows("across", u, v, scene.distance(index, grid))
     shown = at.z <= top
     yield from _rows("edge", at.r[shown], at.z[shown], inside[shown])
     for end, points in ends.items():
-        yield from _rows(
-            f"across_{end}", points @ out, points @ stance.axis, scene.distance(index, points + stance.tip)
-        )
+        off = scene.distance(index, points + stance.tip)
+        yield from _rows(f"across_{end}", points @ out, points @ stance.axis, off)
 
 
 def facing_angle(stance: Stance, phi: Floats, rm: float, r: float) -> Floats:

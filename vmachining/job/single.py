@@ -26,7 +26,7 @@ from vmachining.sweep.motion import GOOD
 from vmachining.textfile import parse_json, read_text
 from vmachining.tolerance import CHORD_MM
 from vmachining.tomlplaces import nearest
-from vmachining.tool import Tool, tool_from_mapping
+from vmachining.tool import tool_from_mapping
 
 ROUNDING = 1e-9
 """Relative rounding of a mesh volume."""
@@ -91,14 +91,6 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda 
     return found if standing is not None else found.stated()
 
 
-def _first_look(sweep: Sweep) -> Interval:
-    """Bracket by coarse facets inside and by what is entered, before the search for what is entered twice and fine facets."""
-    lo = float(solid(sweep, chord=LOOK * sweep.profile.max_radius, side="inner").volume())
-    flux = sweep.flux(GOOD)
-    hi = _entered(flux, lo)
-    return Interval(lo, min(max(flux.volume, lo), hi), hi, proven=False)
-
-
 def _entered(flux: FluxVolume, lo: float) -> float:
     """What is entered: no volume is more. Raises EngineError: The inner solid has more."""
     if lo > flux.entered * (1.0 + ROUNDING):
@@ -140,7 +132,11 @@ def sweep_record(
     begin = time.perf_counter()
     if sweep.upright() is None and chord < LOOK * sweep.profile.max_radius:
         with suppress(EngineError):  # finer facets may do, and say what is wrong if not
-            known(_first_look(sweep))
+            # by what is entered, before the search for what is entered twice
+            lo = float(solid(sweep, chord=LOOK * sweep.profile.max_radius, side="inner").volume())
+            flux = sweep.flux(GOOD)
+            hi = _entered(flux, lo)
+            known(Interval(lo, min(max(flux.volume, lo), hi), hi, proven=False))
     bracket = swept_volume(sweep, chord, report)
     known(bracket)
     record: dict[str, Any] = {
@@ -158,9 +154,11 @@ def sweep_record(
         """All that OCCT is asked; the file last. Raises SweepError, EngineError: It is not written."""
         from vmachining.engines import brep
 
-        with closing(
-            brep.isolated_steps(brep.built_sweep, sweep, _miss(sweep), file, seconds=seconds)
-        ) as steps:
+        miss = MISS_MM
+        if isinstance(sweep.path, Turn) and sweep.upright() is None:
+            turn = np.arccos(np.clip(sweep.path.axis(0.0) @ sweep.path.axis(1.0), -1.0, 1.0))
+            miss = WIDE_MISS_MM if turn > WIDE_RAD else MISS_MM
+        with closing(brep.isolated_steps(brep.built_sweep, sweep, miss, file, seconds=seconds)) as steps:
             record.update(_from_brep(sweep, bracket, steps, seconds))
             record["seconds"]["brep"] = time.perf_counter() - begin
             if step is None:
@@ -183,14 +181,6 @@ def sweep_record(
     return record
 
 
-def _miss(sweep: Sweep) -> float:
-    """What solids of this sweep may miss (mm)."""
-    if not isinstance(sweep.path, Turn) or sweep.upright() is not None:
-        return MISS_MM
-    turn = np.arccos(np.clip(sweep.path.axis(0.0) @ sweep.path.axis(1.0), -1.0, 1.0))
-    return WIDE_MISS_MM if turn > WIDE_RAD else MISS_MM
-
-
 def _from_brep(sweep: Sweep, bracket: Interval, steps: Iterator[Any], seconds: float) -> dict[str, Any]:
     """The columns brep_* of what OCCT built."""
     from vmachining.engines import brep
@@ -200,12 +190,9 @@ def _from_brep(sweep: Sweep, bracket: Interval, steps: Iterator[Any], seconds: f
     except (SweepError, EngineError) as exc:
         return {"brep_note": str(exc)}
     record = {
-        "brep_valid": all(one.valid and one.closed for one in described.solids),
-        "brep_faces": sum(one.faces for one in described.solids),
-        "brep_solids": len(described.solids),
-        "brep_fit_mm": described.fit_mm,
-    }
-    found: float | None
+        "brep_valid": all(one.valid and one.closed for one in described.solids), "brep_solids": len(described.solids),
+        "brep_faces": sum(one.faces for one in described.solids), "brep_fit_mm": described.fit_mm,
+    }  # fmt: skip
     if len(described.solids) == 1:
         found = described.solids[0].volume
         if not bracket.holds(found, slack=ROUNDING * bracket.hi + BREP_REL * found):
@@ -213,16 +200,13 @@ def _from_brep(sweep: Sweep, bracket: Interval, steps: Iterator[Any], seconds: f
         return record | {"brep_mm3": found}
     note = f"the sweep is a union of {len(described.solids)} solids"
     if described.points:  # booleans of parts that almost coincide do not end
-        return record | {
-            "brep_note": f"{note} within {described.fit_mm:.1g} mm, right at all of {described.points} points by exact distances"
-        }
+        right = f"right at all of {described.points} points by exact distances"
+        return record | {"brep_note": f"{note} within {described.fit_mm:.1g} mm, {right}"}
     (x, y, z), (a, b, c) = (sweep.bounds + [[-1.0], [1.0]]).tolist()
     around = brep.Blank("box", (x, y, z), (a, b, c))
     ((_, verdict),) = brep.check_blocks(around, [[sweep]], {0: bracket}, seconds=seconds)
-    return record | {
-        "brep_mm3": verdict.removed_mm3,
-        "brep_note": ": ".join(filter(None, (note, note_of(verdict)))),
-    }
+    said = ": ".join(filter(None, (note, note_of(verdict))))
+    return record | {"brep_mm3": verdict.removed_mm3, "brep_note": said}
 
 
 KEYS = ("tool", "start", "end", "interpolation", "chain", "control_height_mm")
@@ -245,14 +229,20 @@ def read_sweep(name: str) -> Sweep:
         raise InputError(f"interpolation {mode!r}: axis or rotary is expected", file=name)
     for where in ("start", "end"):
         _known(data[where], POSE_KEYS[mode], f"{where}.", name)
-    tool = _tool(data["tool"], name)
+    try:
+        tool = tool_from_mapping(data["tool"])
+    except ToolError as exc:
+        raise InputError(exc.message, file=name, word=exc.word, remedy=exc.remedy) from exc
     first, last = (_vector(data[where], "cl_mm", where, name) for where in ("start", "end"))
     height = data.get("control_height_mm", 0.0)
     if not _finite(height):
         raise InputError(f"control_height_mm = {height!r}: expected a finite number", file=name)
     try:
         if mode == "axis":
-            begin, finish = (_axis(data[where], where, name) for where in ("start", "end"))
+            upright = {"axis": [0.0, 0.0, 1.0]}
+            begin, finish = (
+                _vector(upright | data[where], "axis", where, name) for where in ("start", "end")
+            )
             if height == 0.0:
                 return Sweep(tool, Pose(first, begin), Pose(last, finish))
             return Sweep.along(tool, Turn.through(first, last, "axis", begin, finish, control_height=height))
@@ -292,13 +282,6 @@ def _known(data: Mapping[str, Any], keys: tuple[str, ...], where: str, name: str
             raise InputError(f"unknown key {where + key!r}", file=name, remedy=remedy)
 
 
-def _tool(mapping: Mapping[str, Any], name: str) -> Tool:
-    try:
-        return tool_from_mapping(mapping)
-    except ToolError as exc:
-        raise InputError(exc.message, file=name, word=exc.word, remedy=exc.remedy) from exc
-
-
 def _vector(pose: Mapping[str, Any], key: str, where: str, name: str) -> Floats:
     value = pose.get(key)
     if not (isinstance(value, list) and len(value) == 3 and all(map(_finite, value))):
@@ -306,17 +289,12 @@ def _vector(pose: Mapping[str, Any], key: str, where: str, name: str) -> Floats:
     return np.array(value, dtype=np.float64)
 
 
-def _axis(pose: Mapping[str, Any], where: str, name: str) -> Floats:
-    return _vector(pose, "axis", where, name) if "axis" in pose else np.array([0.0, 0.0, 1.0])
-
-
 def _angles(pose: Mapping[str, Any], letters: str, where: str, name: str) -> dict[str, float]:
     """rad by letter; a letter that is not given is 0."""
     given = pose.get("rotary_deg")
     if not isinstance(given, dict) or not set(given) <= set(letters) or not all(map(_finite, given.values())):
-        raise InputError(
-            f"{where}.rotary_deg = {given!r}: expected degrees of {' and '.join(letters)}", file=name
-        )
+        what = f"{where}.rotary_deg = {given!r}: expected degrees of {' and '.join(letters)}"
+        raise InputError(what, file=name)
     return {letter: math.radians(given.get(letter, 0.0)) for letter in letters}
 
 

@@ -30,13 +30,7 @@ from vmachining.job.paths import move_path, settled
 from vmachining.job.reading import IDLE, refuse_turning, refuse_unread
 from vmachining.job.starter_reading import read_with_tools, unit_said
 from vmachining.machine import Machine, load, with_axes
-from vmachining.nc import (
-    MAX_BYTES,
-    Motion,
-    Program,
-    decode_program,
-    split_lines,
-)
+from vmachining.nc import MAX_BYTES, Motion, Program, decode_program, split_lines
 from vmachining.nc.conventions import unit_of
 from vmachining.nc.toolcomments import ToolNote, placed, stock_note
 from vmachining.sweep import Turn
@@ -55,6 +49,16 @@ DRILL_DEG, CHAMFER_DEG = 118.0, 45.0
 
 HOLES, DRILLS = 3, "no comment gives the shape, and the tool only plunges"
 GUESS, OPEN = "GUESS", "MUST BE GIVEN"
+
+LIMITS = """\
+# rapid_mm_min = 10000   # limits of your machine: times, and feeds that it cannot reach
+# max_feed_mm_min = 5000
+# max_acceleration_mm_s2 = 2000""".splitlines()
+REST = """\
+# [feed]                # a schedule: feeds by load, written to scheduled.nc and simulated again
+# strategy = "volume"
+# min_mm_min = 100
+# max_mm_min = 2000""".splitlines()
 
 
 @dataclass(frozen=True)
@@ -141,9 +145,7 @@ class _Writer:
         self.unsized: dict[int, int] = {}
         """First line of feed by tool, of those without a diameter."""
         self.ask: list[str] = []
-        self.letters = "".join(
-            sorted({k.upper() for m in program.moves if m.rotary_deg for k in m.rotary_deg})
-        )
+        self.letters = "".join(sorted({k.upper() for m in program.moves for k in m.rotary_deg or ()}))
         self.presets = with_axes(self.letters) if self.letters else []
         self.machine: Machine | None = load(self.presets[0]) if self.presets else None
         self.errors = [
@@ -191,17 +193,11 @@ class _Writer:
         low, high = self.extent()
         parts = [
             f"# Job of {self.path.name}, made by vmachining init. Lines with {GUESS} or {OPEN} need your eye.",
-            "",
-            f"name = {_text(self.path.stem)}",
-            self.units(),
-            "",
-            *self.program_table(),
-            "",
-            *self.machine_table(),
-        ]
+            "", f"name = {_text(self.path.stem)}", self.units(), "", *self.program_table(), "", *self.machine_table(),
+        ]  # fmt: skip
         for number in self.tools:
             parts += ["", *self.tool_table(number, low, high)]
-        parts += ["", *self.stock_table(low, high), "", *self.rest()]
+        parts += ["", *self.stock_table(low, high), "", *REST]
         if self.unsized:
             self.open.insert(0, self.unsized_tools())
         beside: tuple[str, ...] = ()
@@ -235,9 +231,8 @@ class _Writer:
         sides = next((k for k, line in enumerate(self.lines, 1) if _SIDES.search(line)), None)
         if sides is not None and self.program.dialect in ("iso", "mts"):  # the others are like their controls
             other = 'if entries gouge (E355): "next"' if self.entry == "prev" else 'with "prev" entries gouge'
-            out.append(
-                self.guess(f'crc_entry = "{self.entry}"', f"line {sides} compensates the radius; {other}")
-            )
+            why = f"line {sides} compensates the radius; {other}"
+            out.append(self.guess(f'crc_entry = "{self.entry}"', why))
         if any(found.code == "W335" for found in self.program.findings):
             out.append(self.guess('dwell = "ms"', "read as seconds, the dwells would last minutes"))
         return [*out, *(f"# a run refuses this program: {error}" for error in self.errors[:3])]
@@ -245,27 +240,19 @@ class _Writer:
     def machine_table(self) -> list[str]:
         out = ["[machine]"]
         if self.presets:
-            others = ", ".join(self.presets[1:5])
-            out.append(
-                self.guess(f'chain = "{self.presets[0]}"', f"has the axes {self.letters}; so have {others}")
-            )
-        return [
-            *out,
-            "# rapid_mm_min = 10000   # limits of your machine: times, and feeds that it cannot reach",
-            "# max_feed_mm_min = 5000",
-            "# max_acceleration_mm_s2 = 2000",
-        ]
+            why = f"has the axes {self.letters}; so have {', '.join(self.presets[1:5])}"
+            out.append(self.guess(f'chain = "{self.presets[0]}"', why))
+        return [*out, *LIMITS]
 
     def extent(self) -> tuple[Floats, Floats]:
         """(3,) lowest and highest place of the tool tip in feed motions, mm."""
+        plain = [m.center is None and m.rotary_deg is None and m.axis_end is None for m in self.cutting]
         points: list[Floats] = []
-        plain = [m for m in self.cutting if m.center is None and m.rotary_deg is None and m.axis_end is None]
-        if plain:
-            ends = np.array([(m.start, m.end) for m in plain], dtype=np.float64).reshape(-1, 3)
+        if any(plain):
+            straight = [(m.start, m.end) for m, on in zip(self.cutting, plain, strict=True) if on]
+            ends = np.array(straight, dtype=np.float64).reshape(-1, 3)
             points += [ends.min(axis=0), ends.max(axis=0)]
-        for move in self.cutting:
-            if move.center is None and move.rotary_deg is None and move.axis_end is None:
-                continue
+        for move in (m for m, on in zip(self.cutting, plain, strict=True) if not on):
             try:
                 path = move_path(move, self.machine)
             except (NCError, KinematicsError, SweepError) as exc:
@@ -294,10 +281,12 @@ class _Writer:
             if not sure:
                 where += ", laid at the zero where it holds most of the motion"
         ((shape, keys),) = told.items()
-        line = f"{shape} = {{ {', '.join(f'{k} = {_lengths(v, self.scale)}' for k, v in keys.items())} }}"
-        if shape == "box" and not all(
-            map(lambda p, q, a, b: a < q and b > p, keys["min"], keys["max"], low, high)
-        ):
+        lengths = {k: np.divide(v, self.scale) for k, v in keys.items()}
+        values = (
+            f"{k} = {v:.9g}" if v.ndim == 0 else f"{k} = {_numbers(v.tolist())}" for k, v in lengths.items()
+        )
+        line = f"{shape} = {{ {', '.join(values)} }}"
+        if shape == "box" and not ((low < keys["max"]) & (high > keys["min"])).all():
             where, sure = f"{where}, but no feed motion comes near it", False
         return f"{line}   # {where}" if sure else self.guess(line, where)
 
@@ -321,9 +310,7 @@ class _Writer:
         elif low[2] < zero:
             above[2], why = zero, f"{why}, with its top at zero"
         else:
-            side = [
-                m for m in self.cutting if math.dist(m.start[:2], m.end[:2]) > 0.0 or m.center is not None
-            ]
+            side = [m for m in self.cutting if m.start[:2] != m.end[:2] or m.center is not None]
             above[2] = max((max(m.start[2], m.end[2]) for m in side), default=float(high[2]))
             why = f"{why}, with its top at the highest cut"
             if above[2] <= low[2]:  # one level: a face, whose allowance nobody tells
@@ -345,9 +332,8 @@ class _Writer:
         note = self.notes.get(number)
         out = ["[[tools]]", f"number = {number}"]
         if note is not None:
-            out.insert(
-                1, f"# given by {GIVEN}" if note.text == GIVEN else f"# line {note.line}: ({note.text})"
-            )
+            given = note.text == GIVEN
+            out.insert(1, f"# given by {GIVEN}" if given else f"# line {note.line}: ({note.text})")
         elif not any(move.tool for move in self.cutting):
             out.insert(1, "# the program calls no tool")
         if (note is None or (note.kind is None and note.corner_mm is None)) and self.only_drills(number):
@@ -364,11 +350,8 @@ class _Writer:
         else:
             length = max(length, 10.0 * math.ceil(0.4 * diameter))
             if note.kind in ("drill", "chamfer"):  # the cone of a narrow tip
-                half = (
-                    0.5 * (note.angle_deg or DRILL_DEG)
-                    if note.kind == "drill"
-                    else note.angle_deg or CHAMFER_DEG
-                )
+                half = note.angle_deg or CHAMFER_DEG
+                half = 0.5 * (note.angle_deg or DRILL_DEG) if note.kind == "drill" else half
                 half = min(max(half, 1.0), 90.0)
                 length = max(length, 10.0 * math.ceil(0.1 * diameter / math.tan(math.radians(half))))
             out += self.shape(number, note, diameter)
@@ -389,14 +372,8 @@ class _Writer:
         """Whether all feed motions of a tool are plunges, at `HOLES` places or more."""
         own = [move for move in self.cutting if (move.tool or 1) == number]
         places = {tuple(round(v, 6) for v in move.end[:2]) for move in own}
-        plunges = all(
-            move.motion is Motion.LINEAR
-            and move.axis_end is None
-            and not move.tcp
-            and move.start[:2] == move.end[:2]
-            for move in own
-        )
-        return plunges and len(places) >= HOLES
+        straight = all(m.motion is Motion.LINEAR and m.axis_end is None and not m.tcp for m in own)
+        return straight and all(m.start[:2] == m.end[:2] for m in own) and len(places) >= HOLES
 
     def shape(self, number: int, note: ToolNote, diameter: float | None) -> list[str]:
         """Keys of a cutter of which a comment tells the shape, the diameter or both."""
@@ -409,9 +386,8 @@ class _Writer:
             if note.guess is not None:
                 size = self.guess(size, f"diameter of tool {number}, from its name {_text(note.guess)}")
             elif note.place is not None:
-                size = self.guess(
-                    size, f"diameter of tool {number}, from {note.place}, which lies beside the program"
-                )
+                why = f"diameter of tool {number}, from {note.place}, which lies beside the program"
+                size = self.guess(size, why)
         if note.text.endswith(".tbl"):
             size = self.guess(size, f"the table has no unit: that of the program is used, {self.unit}")
         if note.kind in ("drill", "chamfer"):
@@ -446,22 +422,10 @@ class _Writer:
             said = f"the library has '{note.text}', no shape that is known here: taken as a cylinder"
         return [self.guess('type = "flat"', said), size]
 
-    def rest(self) -> list[str]:
-        return [
-            "# [feed]                # a schedule: feeds by load, written to scheduled.nc and simulated again",
-            '# strategy = "volume"',
-            "# min_mm_min = 100",
-            "# max_mm_min = 2000",
-        ]
-
 
 def _text(value: str) -> str:
     """A TOML string."""
     return json.dumps(value, ensure_ascii=False)
-
-
-def _lengths(value: float | Sequence[float], scale: float) -> str:
-    return f"{value / scale:.9g}" if isinstance(value, float) else _numbers([v / scale for v in value])
 
 
 def _numbers(values: Sequence[float]) -> str:

@@ -53,24 +53,23 @@ def read_with_tools(
         _over(notes, number, told)
     silent = [n for n in numbers if n not in own and (n not in notes or notes[n].diameter_mm is None)]
     beside = libraries_beside(path, scale)[0] if silent and library is None else {}
-    knowing = [
-        (file.name, found)
-        for file, found in beside.items()
-        if any(found[n].diameter_mm for n in silent if n in found)
-    ]
+    named = ((file.name, found) for file, found in beside.items())
+    knowing = [one for one in named if any(one[1][n].diameter_mm for n in silent if n in one[1])]
     for name, found in knowing if len(knowing) == 1 else ():  # of several nobody knows which is meant
         for number in set(silent) & set(found):
             _over(notes, number, found[number]._replace(place=name))
     for number in set(own) & set(numbers):
         _over(notes, number, own[number])
     table = {
-        number: ToolEntry(
-            number, (note and note.diameter_mm) or math.nan, 0.0, flutes=(note and note.flutes) or 0
-        )
-        for number in numbers
-        for note in [notes.get(number)]
-    }
-    home = 0.0, 0.0, _home(best, unit_said(best, lines) or "mm")
+        n: ToolEntry(n, (note and note.diameter_mm) or math.nan, 0.0, flutes=(note and note.flutes) or 0)
+        for n in numbers for note in [notes.get(n)]
+    }  # fmt: skip
+    # a round level above everything, mm: where the tool starts and G28 returns to
+    heights = [float(move.start[2]) for move in best.moves[1:]]
+    heights += [float(move.end[2]) for move in best.moves if move.motion not in IDLE]
+    step = MM_PER_INCH if unit_said(best, lines) == "inch" else 10.0
+    level = math.ceil(max(100.0, max(heights, default=0.0) + HOME_ABOVE_MM) / step - 1e-9) * step
+    home = 0.0, 0.0, level
     given = {**options, "tools": table, "home": home, "dialect": best.dialect}
     again = parse_program(data, str(path), **given)
     if again.declared.unit == "" and best.declared.unit:
@@ -99,14 +98,6 @@ def _over(notes: dict[int, ToolNote], number: int, told: ToolNote) -> None:
     if told.diameter_mm is not None:
         said["guess"] = None
     notes[number] = old._replace(**said) if old is not None else told
-
-
-def _home(program: Program, unit: str) -> float:
-    """A round level above everything, mm: where the tool starts and G28 returns to."""
-    heights = [float(move.start[2]) for move in program.moves[1:]]
-    heights += [float(move.end[2]) for move in program.moves if move.motion not in IDLE]
-    step = 10.0 if unit == "mm" else MM_PER_INCH
-    return math.ceil(max(100.0, max(heights, default=0.0) + HOME_ABOVE_MM) / step - 1e-9) * step
 
 
 def _called(lines: Sequence[str], dialect: str) -> set[int]:

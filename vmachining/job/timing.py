@@ -137,6 +137,11 @@ class Driven:
     leaving: Floats
     bend: Floats
 
+    @property
+    def lines(self) -> Ints:
+        """(n,) of the moves."""
+        return np.array([move.line for move in self.toolpath.moves], dtype=np.int64)
+
     @classmethod
     def of(cls, toolpath: Toolpath, *, block_delete: bool = False) -> Driven:
         """Of a program.

@@ -192,7 +192,8 @@ class ClusterPool:
         self._looked = self._seen = time.monotonic()
         self._client = _connect(self._address)
         try:
-            self._client.subscribe_topic(self._token, self._hear)
+            # called in a thread of the client
+            self._client.subscribe_topic(self._token, lambda event: self._news.put(("progress", *event[1])))
             self._slots = self._first_workers()
         except BaseException:
             self.close()
@@ -205,13 +206,10 @@ class ClusterPool:
         deadline = time.monotonic() + CONNECT_SECONDS
         while not (there := self._threads()):
             if time.monotonic() > deadline:
-                raise InputError(
-                    f"the Dask scheduler at {self._address} has no workers",
-                    remedy=f"start some: dask worker {self._address} --nthreads 1; {GUIDE}",
-                )
+                remedy = f"start some: dask worker {self._address} --nthreads 1; {GUIDE}"
+                raise InputError(f"the Dask scheduler at {self._address} has no workers", remedy=remedy)
             time.sleep(0.2)
-        unfit = self._unfit(list(there))
-        if unfit:
+        if unfit := self._unfit(list(there)):
             worker, why = next(iter(unfit.items()))
             more = f" (and {len(unfit) - 1} more)" if len(unfit) > 1 else ""
             raise InputError(f"worker {worker}{more}: {why}", remedy=GUIDE)
@@ -258,7 +256,8 @@ class ClusterPool:
         """A worker is gone: its jobs are somebody else's now."""
         del self._slots[worker]
         jobs = [index for index, given in self._running.items() if given.worker == worker]
-        self._note(f"worker {worker} is gone" + (f", {_jobs(len(jobs))} go to others" if jobs else ""))
+        mine = "its job" if len(jobs) == 1 else f"its {len(jobs)} jobs"
+        self._note(f"worker {worker} is gone" + (f", {mine} go to others" if jobs else ""))
         for index in jobs:
             given = self._running.pop(index)
             given.future.cancel()
@@ -290,10 +289,6 @@ class ClusterPool:
         )  # fmt: skip
         self._running[index] = _Given(order, worker, attempt, future)
         future.add_done_callback(lambda done: self._news.put(("through", index, attempt, done)))
-
-    def _hear(self, event: tuple[float, Any]) -> None:
-        """An event of a worker; called in a thread of the client."""
-        self._news.put(("progress", *event[1]))
 
     def stop(self) -> None:
         self._stopping = True
@@ -349,10 +344,6 @@ class ClusterPool:
             self._client.close(timeout=5)
 
 
-def _jobs(count: int) -> str:
-    return "its job" if count == 1 else f"its {count} jobs"
-
-
 def _objection(mine: Mapping[str, str], seen: Any, out: Path) -> str:
     """Why a worker must not have jobs, of what it answered; empty if it may."""
     if isinstance(seen, BaseException):
@@ -380,7 +371,6 @@ def _connect(address: str) -> Any:
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.split(".")[0] in ("distributed", "tornado"):  # what matters of theirs is said in our words
             logging.getLogger(name).setLevel(logging.CRITICAL)
-    start = f"start one: dask scheduler; {GUIDE}"
     try:
         parts = urlsplit(address)
         host_name, port = parts.hostname, parts.port
@@ -396,6 +386,5 @@ def _connect(address: str) -> Any:
         make: Any = distributed.Client
         return make(address, timeout=CONNECT_SECONDS, set_as_default=False, name="vmachining")
     except (OSError, ValueError, TimeoutError) as exc:
-        raise InputError(
-            f"no Dask scheduler answers at {address}: {getattr(exc, 'strerror', None) or exc}", remedy=start
-        ) from exc
+        what = f"no Dask scheduler answers at {address}: {getattr(exc, 'strerror', None) or exc}"
+        raise InputError(what, remedy=f"start one: dask scheduler; {GUIDE}") from exc

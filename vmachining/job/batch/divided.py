@@ -65,12 +65,10 @@ def on_cluster(
         if stage == "saving":
             return
         places[index] = stage, done, total
-        cutting = [(d, t) for name, d, t in places.values() if name == "program"]
-        if any(d < t for d, t in cutting) or stage == "program":
-            progress("program", sum(d for d, _ in cutting), sum(t for _, t in cutting))
-        else:
-            rest = [(d, t) for name, d, t in places.values() if name == stage]
-            progress(stage, sum(d for d, _ in rest), sum(t for _, t in rest))
+        cuts = any(name == "program" and d < t for name, d, t in places.values())
+        shown = "program" if cuts else stage
+        counts = [(d, t) for name, d, t in places.values() if name == shown]
+        progress(shown, sum(d for d, _ in counts), sum(t for _, t in counts))
 
     with stop_flag() as stop:
         pool = ClusterPool(address, folder, at, note)

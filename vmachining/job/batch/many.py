@@ -8,7 +8,7 @@ import pkgutil
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from vmachining.errors import InputError, VMachiningError
@@ -131,10 +131,9 @@ def _longest_first(files: Sequence[Path]) -> list[int]:
     """
 
     def size(index: int) -> int:
-        try:
+        with suppress(VMachiningError, OSError):
             return Job.load(files[index]).inputs["program"].stat().st_size
-        except (VMachiningError, OSError):
-            return 0
+        return 0
 
     return sorted(range(len(files)), key=size, reverse=True)
 
@@ -162,13 +161,13 @@ class _Batch:
     ) -> None:
         self.files, self.out, self.place, self.dataset, self.watcher = files, out, place, dataset, watcher
         self.folders = folders_of(files, out)
-        self.rows: list[Row] = [
-            {
-                **dict.fromkeys(BATCH_COLUMNS), "job": str(file), "status": "interrupted", "exit_code": 130,
-                "message": "not started",
-            }
-            for file in files
-        ]  # fmt: skip
+        none: Row = {
+            **dict.fromkeys(BATCH_COLUMNS),
+            "status": "interrupted",
+            "exit_code": 130,
+            "message": "not started",
+        }
+        self.rows: list[Row] = [none | {"job": str(file)} for file in files]
         self.waiting = list(range(len(files)))
         self.through = 0
         self.before: dict[int, str | None] = {}
@@ -214,9 +213,8 @@ class _Batch:
         else:
             status = "interrupted" if self.asked else ended.status
             wrote = mark(folder) not in (None, self.before[index])
-            row |= {
-                "status": status, "exit_code": 130 if status == "interrupted" else 3, "message": ended.message
-            }  # fmt: skip
+            code = 130 if status == "interrupted" else 3
+            row |= {"status": status, "exit_code": code, "message": ended.message}
         # as it was requested, whatever a worker calls it
         row |= {"job": str(self.files[index]), "out": str(folder) if wrote else None}
         if row["status"] in ("done", "skipped"):

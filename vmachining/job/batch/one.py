@@ -84,7 +84,6 @@ def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None
         job = Job.load(order.file)
         row["name"] = job.name
         if order.part is not None:
-            row["status"] = "failed"
             given = dict(order.options or {})
             job = with_accuracy(job, **{name: given.pop(name) for name in ACCURACY})
             given["chord"] = None
@@ -161,14 +160,14 @@ def _mean_feeds(out: Path) -> dict[str, float | None]:
     return {name: mean(table) for name, table in zip(FEEDS, tables, strict=True)}
 
 
-def sparing(tell: Progress, every: float = 0.3) -> Progress:
-    """A progress that speaks at most so often (s), and at the end of a stage."""
+def sparing(tell: Progress) -> Progress:
+    """A progress that speaks three times a second at most, and at the end of a stage."""
     last = float("-inf")
 
     def update(stage: str, done: int, total: int) -> None:
         nonlocal last
         now = time.monotonic()
-        if now - last >= every or done == total:
+        if now - last >= 0.3 or done == total:
             last = now
             tell(stage, done, total)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from vmachining.arrays import Bools, Floats
+from vmachining.arrays import Floats
 from vmachining.errors import InputError, JobError
 from vmachining.job.files import fingerprints, read_manifest
 from vmachining.job.jobfile import Job
@@ -68,21 +68,21 @@ def compare(laid: Laid, limits: MachineLimits) -> Comparison:
     moving, times = laid.paths(limits)
     predicted = laid.predicted(limits)
     ideal = laid.by_line(times.ideal_s)
-    tool = _tools(laid)
-    kept: Bools = laid.kept
+    # of an interval that of the first move from its first line on; before a change already the next one
+    lines, moves, kept = laid.driven.lines, laid.driven.toolpath.moves, laid.kept
+    order = np.argsort(lines, kind="stable")
+    at = order[np.minimum(np.searchsorted(lines[order], laid.first), len(order) - 1)]
+    tool = np.array([moves[k].tool for k in at.tolist()], dtype=np.int64)
     tools = []
     for number in dict.fromkeys(tool[kept].tolist()):
         on = kept & (tool == number)
         p, y = float(predicted[on].sum()), float(laid.logged[on].sum())
         tools.append(
-            {"tool": int(number), "predicted_s": p, "logged_s": y, "error": p / y - 1.0 if y > 0.0 else 0.0}
+            {"tool": number, "predicted_s": p, "logged_s": y, "error": p / y - 1.0 if y > 0.0 else 0.0}
         )
     length, fed = laid.driven.length, ~laid.driven.fast & (laid.driven.length > 0)
-    way = laid.by_line(np.where(fed, length, 0.0))
-    way[
-        (laid.by_line(np.where(laid.driven.fast & (length > 0), 1.0, 0.0)) > 0)
-        | (laid.events.sum(axis=1) > 0)
-    ] = np.nan
+    way, change = laid.by_line(np.where(fed, length, 0.0)), laid.events.sum(axis=1) > 0
+    way[(laid.by_line(np.where(laid.driven.fast & (length > 0), 1.0, 0.0)) > 0) | change] = np.nan
     at_feed = laid.by_line(np.where(fed, length / np.where(fed, laid.driven.feed * laid.feed, 1.0), 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         speeds = {
@@ -93,7 +93,7 @@ def compare(laid: Laid, limits: MachineLimits) -> Comparison:
     blocks = pl.DataFrame(
         {
             "line": laid.first, "until": laid.last, "tool": tool, "logged_s": laid.logged, "predicted_s": predicted,
-            "moving_s": moving, **speeds, "compared": kept, "change": laid.events.sum(axis=1) > 0, "load": laid.load,
+            "moving_s": moving, **speeds, "compared": kept, "change": change, "load": laid.load,
         }
     )  # fmt: skip
     return Comparison(
@@ -123,16 +123,6 @@ def together(found: Sequence[Comparison]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _tools(laid: Laid) -> np.ndarray:
-    """(k,) tool of an interval: that of the first move from its first line on; before a change already the next one."""
-    moves = laid.driven.toolpath.moves
-    lines = np.array([move.line for move in moves], dtype=np.int64)
-    tools = np.array([move.tool for move in moves], dtype=np.int64)
-    order = np.argsort(lines, kind="stable")
-    at = np.searchsorted(lines[order], laid.first)
-    return np.asarray(tools[order[np.minimum(at, len(order) - 1)]])
-
-
 def of_result(folder: Path) -> tuple[Job, Driven, pl.DataFrame]:
     """Job, moves and table of blocks of a result directory.
 
@@ -144,17 +134,13 @@ def of_result(folder: Path) -> tuple[Job, Driven, pl.DataFrame]:
             "no finished result of `vmachining run`", file=folder, remedy="give what run had as --out"
         )
     if not manifest.get("job_file"):
-        raise InputError(
-            "its job was made in Python and is not on disk",
-            file=folder,
-            remedy="save the job and run it",
-        )
+        what = "its job was made in Python and is not on disk"
+        raise InputError(what, file=folder, remedy="save the job and run it")
     job = Job.load(manifest["job_file"])
     now, then = fingerprints({"program": job.program_path})["program"], manifest["inputs"]["program"]
     if now["sha256"] != then["sha256"]:
-        raise JobError(
-            "the program has changed since the run", file=job.program_path, remedy="run the job again"
-        )
+        what = "the program has changed since the run"
+        raise JobError(what, file=job.program_path, remedy="run the job again")
     return job, Driven.of(Toolpath.of(read_job_program(job), job.machine)), pl.read_parquet(table)
 
 
@@ -188,11 +174,8 @@ def join(found: Comparison, blocks: pl.DataFrame) -> pl.DataFrame:
     most = np.full(n, -np.inf)
     np.maximum.at(most, at, np.nan_to_num(column("force_n"), nan=-np.inf))
     with np.errstate(divide="ignore", invalid="ignore"):
-        rate = (
-            60.0
-            * removed["removed_mm3"]
-            / np.where(rows["compared"].to_numpy(), rows["logged_s"].to_numpy(), np.nan)
-        )
+        logged = np.where(rows["compared"].to_numpy(), rows["logged_s"].to_numpy(), np.nan)
+        rate = 60.0 * removed["removed_mm3"] / logged
         means = {name: mean(name) for name in ("force_n", "power_w", "chip_thickness_mm")}
     return rows.with_columns(
         blocks=pl.Series(np.bincount(at, minlength=n)), **{k: pl.Series(v) for k, v in removed.items()},

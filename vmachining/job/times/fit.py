@@ -61,48 +61,22 @@ class Fitted:
     left_out: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Windows:
-    laid: Laid
-    owner: Ints  # (k,) window of an interval, -1 of none
-    logged: Floats
-    events: Floats
-
-    @classmethod
-    def of(cls, laid: Laid) -> _Windows:
-        owner = np.full(len(laid.logged), -1, dtype=np.int64)
-        number, spent = 0, 0.0
-        busy = laid.events.sum(axis=1) > 0
-        # the spindle is waited for two lines after its word at most
-        near = (
-            busy
-            | np.append(busy[1:], False)
-            | np.append([False], busy[:-1])
-            | np.append([False, False], busy[:-2])[: len(busy)]
-        )
-        for k in range(len(owner)):
-            if not laid.kept[k]:
-                number, spent = number + (spent > 0.0), 0.0
-                continue
-            if spent >= WINDOW_S and not near[k]:
-                number, spent = number + 1, 0.0
-            owner[k] = number
-            spent += float(laid.logged[k])
-        n = number + 1
-        return cls(
-            laid,
-            owner,
-            cls._sum(owner, laid.logged, n),
-            np.column_stack([cls._sum(owner, v, n) for v in laid.events.T]),
-        )
-
-    @staticmethod
-    def _sum(owner: Ints, values: Floats, n: int) -> Floats:
-        on = owner >= 0
-        return np.bincount(owner[on], values[on], minlength=n).astype(np.float64)
-
-    def sums(self, values: Floats) -> Floats:
-        return self._sum(self.owner, values, len(self.logged))
+def _windows(laid: Laid) -> Ints:
+    """(k,) window of an interval, -1 of none."""
+    owner = np.full(len(laid.logged), -1, dtype=np.int64)
+    number, spent = 0, 0.0
+    busy = np.concatenate([[False, False], laid.events.sum(axis=1) > 0, [False]])
+    # the spindle is waited for two lines after its word at most
+    near = busy[2:-1] | busy[3:] | busy[1:-2] | busy[:-3]
+    for k in range(len(owner)):
+        if not laid.kept[k]:
+            number, spent = number + (spent > 0.0), 0.0
+            continue
+        if spent >= WINDOW_S and not near[k]:
+            number, spent = number + 1, 0.0
+        owner[k] = number
+        spent += float(laid.logged[k])
+    return owner
 
 
 def fit(laid: Sequence[Laid]) -> Fitted:
@@ -112,35 +86,39 @@ def fit(laid: Sequence[Laid]) -> Fitted:
     """
     other = tuple(text for one in laid if (text := one.another) is not None)
     used = [one for one in laid if one.another is None] if len(other) < len(laid) else laid
-    windows = [_Windows.of(one) for one in used]
-    logged = np.concatenate([w.logged for w in windows])
-    events = np.concatenate([w.events for w in windows])
+    owners = [_windows(one) for one in used]
+
+    def sums(values: Sequence[Floats]) -> Floats:
+        """Of all windows, of values (k,) of the intervals of every log."""
+        pairs = zip(owners, values, strict=True)
+        return np.concatenate(
+            [np.bincount(own + 1, v, minlength=own.max(initial=-1) + 2)[1:] for own, v in pairs]
+        )
+
+    logged = sums([one.logged for one in used])
+    events = np.column_stack([sums([one.events[:, k] for one in used]) for k in range(len(EVENTS))])
     if logged.sum() < 60.0:
         raise InputError(
             f"only {logged.sum():.0f} s of these logs can be compared", remedy="give longer ones"
         )
 
     def judged(limits: MachineLimits) -> tuple[float, MachineLimits]:
-        moving = np.concatenate([w.sums(w.laid.paths(limits)[0]) for w in windows])
+        moving = sums([one.paths(limits)[0] for one in used])
         cost = _events(logged - moving, events)
         rest = np.abs(logged - moving - events @ cost)
         found = _with(limits, dict(zip(EVENTS, cost.round(4).tolist(), strict=True)))
         return float(rest.sum()), found
 
-    here = _with(
-        MachineLimits(), {name: first for name, (_, _, first) in SEARCH.items() if first is not None}
-    )
+    begin = {name: first for name, (_, _, first) in SEARCH.items() if first is not None}
+    here = _with(MachineLimits(), begin)
     least, here = judged(here)
     # what rapids and z have of their own is looked for last, and has to gain: otherwise it stands in for another number
-    for names in ([name for name in SEARCH if SEARCH[name][2] is not None], SEARCH):
+    for names in (begin, SEARCH):
         if names is SEARCH:
             # both at once: with one acceleration for all, an error of the one hides that of the other
             path = here.max_acceleration_mm_s2 or UNLIMITED
-            own_ones = [
-                {RAPID: min(path * r, UNLIMITED), AXES: path * z}
-                for r in (1.0, 2.0, 4.0)
-                for z in (0.5, 0.7, 1.0)
-            ]
+            shares = [(r, z) for r in (1.0, 2.0, 4.0) for z in (0.5, 0.7, 1.0)]
+            own_ones = [{RAPID: min(path * r, UNLIMITED), AXES: path * z} for r, z in shares]
             cost, trial = min((judged(_with(here, own)) for own in own_ones), key=lambda found: found[0])
             if cost < least * (1.0 - GAIN):
                 least, here = cost, trial
@@ -193,15 +171,6 @@ def _events(rest: Floats, events: Floats) -> Floats:
 def machine_text(fitted: Fitted, logs: Sequence[str]) -> str:
     """The file of a machine: a table [machine] with keys of a job file."""
     given = {name: value for name, value in asdict(fitted.limits).items() if name in (*SEARCH, *EVENTS)}
-    lines = [
-        f"# from {', '.join(logs)}: {fitted.seconds:.0f} s in {fitted.windows} windows, mean error {100 * fitted.error:.2g} %"
-    ]
-    lines += [
-        "[machine]",
-        *(
-            f"{name} = {list(value) if name == AXES else float(value)!r}"
-            for name, value in given.items()
-            if value
-        ),
-    ]
-    return "\n".join(lines) + "\n"
+    about = f"{fitted.seconds:.0f} s in {fitted.windows} windows, mean error {100 * fitted.error:.2g} %"
+    keys = (f"{name} = {list(v) if name == AXES else float(v)!r}" for name, v in given.items() if v)
+    return "\n".join([f"# from {', '.join(logs)}: {about}", "[machine]", *keys]) + "\n"

@@ -17,7 +17,7 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
 from vmachining.job.pace import event_seconds
-from vmachining.job.times.logs import Log, Series
+from vmachining.job.times.logs import Log
 from vmachining.job.timing import Driven, MoveTimes
 from vmachining.machine import MachineLimits
 
@@ -66,16 +66,10 @@ class Laid:
 
         The unit of the log is the one of mm/s, mm/min, inch/s and inch/min that brings it nearest to 1.
         """
-        moves = self.driven.toolpath.moves
-        lines = np.array([move.line for move in moves], dtype=np.int64)
         fed = self.driven.feed * np.where(self.driven.fast, np.nan, self.feed)
-        ratio = []
-        for k in np.flatnonzero(
-            self.kept & (self.logged > 1.0) & (self.last == self.first + 1) & (self.speed > 0)
-        ).tolist():
-            mine = fed[lines == self.first[k]]
-            if len(mine) == 1 and mine[0] > 0:
-                ratio.append(float(self.speed[k] / mine[0]))
+        long = self.kept & (self.logged > 1.0) & (self.last == self.first + 1) & (self.speed > 0)
+        own = [(float(self.speed[k]), fed[self.driven.lines == self.first[k]]) for k in np.flatnonzero(long)]
+        ratio = [speed / float(mine[0]) for speed, mine in own if len(mine) == 1 and mine[0] > 0]
         if len(ratio) < 5:
             return float("nan")
         middle = float(np.median(ratio)) * np.array([60.0, 1.0, 25.4 * 60.0, 25.4])
@@ -94,9 +88,8 @@ class Laid:
 
     def clock(self) -> str | None:
         """Words for a log whose seconds cannot be seconds: faster than its feeds, or slower beyond belief."""
-        ideal = float(
-            self.by_line(self.driven.times(MachineLimits(), feed_share=self.feed).ideal_s)[self.kept].sum()
-        )
+        alone = self.driven.times(MachineLimits(), feed_share=self.feed).ideal_s
+        ideal = float(self.by_line(alone)[self.kept].sum())
         logged = float(self.logged[self.kept].sum())
         if ideal <= 0.0 or FASTER < logged / ideal < SLOWER:
             return None
@@ -107,8 +100,7 @@ class Laid:
 
     def by_line(self, values: Floats) -> Floats:
         """(k,) sums of values (n,) of the moves over the intervals."""
-        moves = self.driven.toolpath.moves
-        lines = np.array([move.line for move in moves], dtype=np.int64)
+        lines = self.driven.lines
         n = int(max(lines.max(initial=0), self.last.max(initial=0))) + 2
         total = np.concatenate([[0.0], np.cumsum(np.bincount(lines, values, minlength=n))])
         return np.asarray(total[np.maximum(self.last, self.first)] - total[self.first])
@@ -128,8 +120,7 @@ def lay(log: Log, driven: Driven) -> Laid:
 
     Raises InputError: No run in the log goes through half of the program: the log of another one.
     """
-    moves = driven.toolpath.moves
-    lines = np.array([move.line for move in moves], dtype=np.int64)
+    lines = driven.lines
     if not len(lines):
         raise InputError("the program moves nothing")
     begin, end = _run(log, lines)
@@ -138,29 +129,26 @@ def lay(log: Log, driven: Driven) -> Laid:
     time, number = time[new], number[new]
     first, last, logged = number[:-1], number[1:], np.diff(time)
     top = int(lines.max()) + 2
-    held = np.zeros((len(first), 5)) if driven.pace.lines is None else _events(driven.pace.lines, first, last)
+    held = np.zeros((len(first), 5))
+    if (events := driven.pace.lines) is not None:
+        total = np.concatenate([np.zeros((1, 5)), np.cumsum(events, axis=0)])
+        held = (
+            total[np.clip(last, first, len(events)).clip(max=len(events))]
+            - total[first.clip(max=len(events))]
+        )
     # a log that names tools, and names none during a change: the tool was in the spindle
     if len(log.tool.time):
-        until = np.append(time[2:], time[-1:])
-        begun, ended = (
-            np.searchsorted(log.tool.time, time[:-1]),
-            np.searchsorted(log.tool.time, until, side="right"),
-        )
-        named = ended > begun
-        held[~named, 0] = 0.0
-    fast, active = np.zeros(top + 1), np.zeros(top + 1)
-    moving = driven.length > 0
-    np.add.at(fast, lines[driven.fast & moving], 1.0)
-    np.add.at(active, lines[~driven.fast & moving], 1.0)
-    cumulated = [np.concatenate([[0.0], np.cumsum(v)]) for v in (fast, active)]
-    stop = np.minimum(last, top)
+        ended = np.searchsorted(log.tool.time, np.append(time[2:], time[-1:]), side="right")
+        held[ended <= np.searchsorted(log.tool.time, time[:-1]), 0] = 0.0
+    moving, stop = driven.length > 0, np.minimum(last, top)
+    counts = (np.bincount(lines[kind & moving], minlength=top + 1) for kind in (driven.fast, ~driven.fast))
+    cumulated = [np.concatenate([[0], np.cumsum(v)]) for v in counts]
     rapids, feeds = (c[np.maximum(stop, first.clip(max=top))] - c[first.clip(max=top)] for c in cumulated)
     ends = list(zip(time[:-1].tolist(), time[1:].tolist(), strict=True))
-    running = np.array([log.running.least(a, b, 1.0) for a, b in ends])
-    feed = np.array([log.feed.mean(a, b, 1.0) for a, b in ends])
-    rapid = np.array([log.rapid.mean(a, b, 1.0) for a, b in ends])
-    least_feed = np.array([log.feed.least(a, b, 1.0) for a, b in ends])
-    least_rapid = np.array([log.rapid.least(a, b, 1.0) for a, b in ends])
+    feed, rapid = (np.array([of.mean(a, b, 1.0) for a, b in ends]) for of in (log.feed, log.rapid))
+    running, least_feed, least_rapid = (
+        np.array([of.least(a, b, 1.0) for a, b in ends]) for of in (log.running, log.feed, log.rapid)
+    )
     reasons = [
         ("steps back in the program", last < first),
         ("gaps and jumps of the clock", (logged <= 0.0) | (logged > JUMP_S)),
@@ -178,7 +166,7 @@ def lay(log: Log, driven: Driven) -> Laid:
     of_feed, of_rapid = np.ones(top + 1), np.ones(top + 1)
     for a, b, f, r in zip(first.tolist(), stop.tolist(), feed.tolist(), rapid.tolist(), strict=True):
         of_feed[a:b], of_rapid[a:b] = max(f, 0.01), max(r, 0.01)
-    speed = np.array([_middle(log.speed, a, b) for a, b in ends])
+    speed = np.array([log.speed.median(a, b) for a, b in ends])
     load = np.array([log.load.mean(a, b, np.nan) for a, b in ends])
     return Laid(
         log.name, driven, first, last, logged, kept, held, of_feed[lines], of_rapid[lines], left, load, speed
@@ -194,24 +182,11 @@ def _repeated(lines: Ints, first: Ints, stop: Ints, top: int) -> Bools:
     begin, end = (np.searchsorted(lines[order], v) for v in (first, stop))
     apart = (end > begin) & (other[np.maximum(end - 1, 0)] != other[np.minimum(begin, len(lines) - 1)])
     ahead = (stop > first) & ~apart
-    covers = np.bincount(first[ahead].clip(max=top), minlength=top + 1) - np.bincount(
-        stop[ahead], minlength=top + 1
-    )
+    begun, ended = (np.bincount(v[ahead], minlength=top + 1) for v in (first.clip(max=top), stop))
+    covers = begun - ended
     twice = (np.cumsum(covers) > 1) & (np.bincount(lines, minlength=top + 1) > 0)
     held = np.concatenate([[0], np.cumsum(twice)])
     return np.asarray(apart | (held[np.maximum(stop, first.clip(max=top))] > held[first.clip(max=top)]))
-
-
-def _middle(series: Series, begin: float, end: float) -> float:
-    """Median of the entries in an interval, NaN without."""
-    a, b = np.searchsorted(series.time, [begin, end])
-    return float(np.median(series.value[a:b])) if b > a else float("nan")
-
-
-def _events(lines: Floats, first: Ints, last: Ints) -> Floats:
-    total = np.concatenate([np.zeros((1, lines.shape[1])), np.cumsum(lines, axis=0)])
-    top = len(lines)
-    return np.asarray(total[np.clip(last, first, top).clip(max=top)] - total[first.clip(max=top)])
 
 
 def _run(log: Log, lines: Ints) -> tuple[int, int]:
@@ -225,9 +200,8 @@ def _run(log: Log, lines: Ints) -> tuple[int, int]:
         number = log.line[a:b]
         if not len(number) or number.max() > tail + 20:
             continue  # of a longer program
-        share = float(np.clip(number.max(), head, tail) - np.clip(number.min(), head, tail)) / max(
-            tail - head, 1
-        )
+        reached = np.clip([number.min(), number.max()], head, tail)
+        share = float(reached[1] - reached[0]) / max(tail - head, 1)
         if share >= cover:
             best, cover = (a, b), share
     if cover < LEAST_COVER:

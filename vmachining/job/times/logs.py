@@ -46,23 +46,28 @@ class Series(NamedTuple):
     time: Floats
     value: Floats
 
-    def mean(self, begin: float, end: float, default: float) -> float:
-        """Mean over [begin, end]; `default` before the first value."""
+    def _between(self, begin: float, end: float, default: float) -> tuple[Floats, Floats]:
+        """Times at which values begin to hold within [begin, end], and these; `default` before the first one."""
         first = int(np.searchsorted(self.time, begin, side="right"))
         last = int(np.searchsorted(self.time, end, side="left"))
-        at = np.concatenate([[begin], self.time[first:last], [end]])
         before = default if first == 0 else float(self.value[first - 1])
-        held = np.concatenate([[before], self.value[first:last]])
-        if end <= begin:
-            return before
-        return float((np.diff(at) * held).sum() / (end - begin))
+        return np.append(begin, self.time[first:last]), np.append(before, self.value[first:last])
+
+    def mean(self, begin: float, end: float, default: float) -> float:
+        """Mean over [begin, end]; `default` before the first value."""
+        at, held = self._between(begin, end, default)
+        return (
+            float((np.diff(at, append=end) * held).sum() / (end - begin)) if end > begin else float(held[0])
+        )
 
     def least(self, begin: float, end: float, default: float) -> float:
         """Smallest value that holds anywhere in [begin, end]."""
-        first = int(np.searchsorted(self.time, begin, side="right"))
-        last = int(np.searchsorted(self.time, end, side="left"))
-        before = default if first == 0 else float(self.value[first - 1])
-        return min(before, float(self.value[first:last].min(initial=np.inf)))
+        return float(self._between(begin, end, default)[1].min())
+
+    def median(self, begin: float, end: float) -> float:
+        """Of the values that begin in [begin, end), NaN without."""
+        a, b = np.searchsorted(self.time, [begin, end])
+        return float(np.median(self.value[a:b])) if b > a else float("nan")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,19 +97,16 @@ def read_log(path: Path | str) -> Log:
     """
     path = Path(path)
     text = _text(path)
-    head = text.lstrip()[:2000]
-    skipped = [0]
+    head, skipped = [*text.lstrip()[:2000].splitlines(), ""][0], [0]
     if head.startswith("<"):
         entries = _xml(path, text)
-    elif "|" in head.splitlines()[0] if head else False:
+    elif "|" in head:
         entries = _piped(text, skipped)
-    elif re.search(r"[,;\t]", head.splitlines()[0]) if head else False:
+    elif re.search(r"[,;\t]", head):
         entries = _table(path, text, skipped)
     else:
-        raise InputError(
-            "is not a log: lines of time|item|value, MTConnect XML, or a table with columns time and line are read",
-            file=path,
-        )
+        what = "lines of time|item|value, MTConnect XML, or a table with columns time and line are read"
+        raise InputError(f"is not a log: {what}", file=path)
     return _columns(path, list(entries), skipped)
 
 
@@ -170,13 +172,8 @@ def _xml(path: Path, text: str) -> Iterator[Entry]:
             continue
         tag = str(element.tag).rsplit("}", 1)[-1]
         sub = element.get("subType", "")
-        key = (
-            _key(tag + sub)
-            or _key(tag)
-            or _key(element.get("name", ""))
-            or _key(element.get("dataItemId", ""))
-        )
-        if key is not None:
+        names = (tag + sub, tag, element.get("name", ""), element.get("dataItemId", ""))
+        if (key := next(filter(None, map(_key, names)), None)) is not None:
             yield time, key, (element.text or "").strip()
 
 
@@ -186,10 +183,10 @@ def _table(path: Path, text: str, skipped: list[int]) -> Iterator[Entry]:
     reader = csv.reader(text.splitlines(), delimiter=mark)
     keys = [_key(cell) for cell in next(reader)]
     if "time" not in keys or "line" not in keys:
+        remedy = "name them, e.g. time,line,feed_override,rapid_override"
         raise InputError(
-            f"its first line lacks the columns time and line: {first[:80]!r}", file=path,
-            remedy="name them, e.g. time,line,feed_override,rapid_override",
-        )  # fmt: skip
+            f"its first line lacks the columns time and line: {first[:80]!r}", file=path, remedy=remedy
+        )
     at = keys.index("time")
     for cells in reader:
         time = _seconds(cells[at]) if len(cells) == len(keys) else None
@@ -215,9 +212,8 @@ def _columns(path: Path, entries: list[Entry], skipped: list[int]) -> Log:
                 found[key].append((time, number))
     lines = [(t, v) for t, v in found["line"] if v >= 0 and v == int(v)]
     if len(lines) < 2:
-        raise InputError(
-            "has no block numbers", file=path, remedy="expected an item Block_Number, Line or LineNumber"
-        )
+        remedy = "expected an item Block_Number, Line or LineNumber"
+        raise InputError("has no block numbers", file=path, remedy=remedy)
     begin = lines[0][0]
 
     def series(values: list[tuple[float, float]], scale: float = 1.0) -> Series:
