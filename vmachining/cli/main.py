@@ -11,7 +11,6 @@ import traceback
 import warnings
 from collections.abc import Sequence
 from enum import IntEnum
-from functools import partial
 from pathlib import Path
 from types import FrameType
 
@@ -68,7 +67,7 @@ def run(argv: list[str]) -> int:
 
     # a warning in one line, without the place in our code
     warnings.showwarning = lambda message, *_, **__: print(f"vmachining: warning: {message}", file=sys.stderr)
-    notice.compiling = None if {"--quiet", "-q"} & set(argv) else partial(print, COMPILING, file=sys.stderr)
+    notice.compiling = None if {"--quiet", "-q"} & set(argv) else lambda: print(COMPILING, file=sys.stderr)
     usage_error = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
     try:
         outcome = command().main(argv, prog_name="vmachining", standalone_mode=False)

@@ -101,15 +101,13 @@ def _line(program: nc.Program, finding: nc.Finding) -> str:
 
 
 def _explained(code: str, *, as_json: bool) -> int:
-    """`vmachining nc check --nc.explain CODE`; "all" lists the catalogue."""
+    """`vmachining nc check --explain CODE`; "all" lists the catalogue."""
     codes = sorted(nc.CATALOGUE) if code.lower() == "all" else [code.upper()]
     for name in codes:
         try:
             entry = nc.explain(name)
         except KeyError:
-            raise InputError(
-                f"no finding has the code {code}", remedy="--nc.explain all lists them"
-            ) from None
+            raise InputError(f"no finding has the code {code}", remedy="--explain all lists them") from None
         if as_json:
             told = {"title": entry.title, "explanation": entry.explanation, "hint": entry.hint}
             emit({"code": name, "severity": name[0], **told})
@@ -124,7 +122,7 @@ def check(o: Check) -> int:
     if o.explain is not None:
         return _explained(o.explain, as_json=o.as_json)
     if o.program is None:
-        raise typer.BadParameter("a program, or --nc.explain CODE, is expected")
+        raise typer.BadParameter("a program, or --explain CODE, is expected")
     program = read(o.program, o.reading)
     for finding in program.findings:
         if o.as_json:

@@ -65,9 +65,8 @@ def judged(
     lines = [block.line for block in blocks]
     rows = planned.divided(owner, table, lines, np.where(on, feeds, np.nan))
     measured = feed.insert_blocks and feed.strategy == "volume" and feed.rule == "safe"
-    strategy = strategies(feed.model_copy(update={"insert_blocks": measured}), rows, partial, stations)[
-        feed.strategy
-    ]
+    known = strategies(feed.model_copy(update={"insert_blocks": measured}), rows, partial, stations)
+    strategy = known[feed.strategy]
     goal = np.array([schedule.references.get(int(g), 0.0) for g in strategy.group])
     part = strategy.parts.block
     bound = on[part] & strategy.cuts & (goal > 0.0)
@@ -78,15 +77,15 @@ def judged(
     above = told > 1.0 + SLACK
     if not (over.any() or above.any()):
         return Judged((), None)
-    worst = _largest(np.where(over, load / np.where(goal > 0.0, goal, 1.0), 0.0), strategy.parts.offset)
+    share, offset = np.where(over, load / np.where(goal > 0.0, goal, 1.0), 0.0), strategy.parts.offset
+    worst = np.maximum.reduceat(share, offset[:-1]) if len(offset) > 1 else np.zeros(0)
     worst = np.maximum(worst, np.where(above, told, 0.0))
     asked = np.full(len(blocks), np.inf)
     np.minimum.at(asked, part[over], strategy.feeds(goal)[over])
     np.minimum.at(asked, np.flatnonzero(above), feeds[above] * _share(feed, stations, told, goals)[above])
     order = np.argsort(-worst, kind="stable")[: int((worst > 0.0).sum())]
-    passed = tuple(
-        Passed(int(owner[k]), blocks[k].line, float(worst[k] * goals[k]), float(goals[k])) for k in order
-    )
+    loads = worst * goals
+    passed = tuple(Passed(int(owner[k]), blocks[k].line, float(loads[k]), float(goals[k])) for k in order)
     return Judged(passed, _lowered(feed, schedule, asked, owner))
 
 
@@ -95,13 +94,11 @@ def _tabled_load(feed: Feed, stations: Stations) -> Floats:
 
     Stations hold loads at the angles that matter at the feed of their pass; the table is of the feed that was written.
     """
-    if feed.strategy == "force" and feed.component == "resultant":
-        name = "force_n"
-    elif feed.strategy == "chip_area":
-        name = "chip_area_mm2"
-    else:
-        return np.zeros(len(stations.columns))
-    return np.asarray(stations.columns[name].fill_null(0.0).to_numpy(), dtype=np.float64)
+    names = {("force", "resultant"): "force_n"} | {("chip_area", feed.component): "chip_area_mm2"}
+    name = names.get((feed.strategy, feed.component))
+    return (
+        np.zeros(len(stations.columns)) if name is None else stations.columns[name].fill_null(0.0).to_numpy()
+    )
 
 
 def _share(feed: Feed, stations: Stations, told: Floats, goals: Floats) -> Floats:
@@ -119,10 +116,6 @@ def _share(feed: Feed, stations: Stations, told: Floats, goals: Floats) -> Float
     edge = np.where(goals > 0.0, edge / np.where(goals > 0.0, goals, 1.0), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(told > 1.0, np.clip((1.0 - edge) / (told - edge), 0.0, 1.0), 1.0)
-
-
-def _largest(values: Floats, offset: Ints) -> Floats:
-    return np.maximum.reduceat(values, offset[:-1]) if len(offset) > 1 else np.zeros(0)
 
 
 def _lowered(feed: Feed, schedule: Schedule, asked: Floats, owner: Ints) -> Schedule | None:

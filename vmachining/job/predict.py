@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,10 +52,10 @@ class Prediction:
         """
         speeds = self.stations["spindle_rev_min"].unique().sort().to_list()
         if len(speeds) > 1 or len(self.teeth) > 1:
+            turns, teeth = ", ".join(f"{v:g}" for v in speeds), ", ".join(map(str, sorted(self.teeth)))
+            what = f"blocks with spindle speeds {turns} rev/min and tools of {teeth} teeth"
             raise InputError(
-                f"blocks with spindle speeds {', '.join(f'{v:g}' for v in speeds)} rev/min and tools of "
-                f"{', '.join(map(str, sorted(self.teeth)))} teeth: a trace is compared with one of each",
-                remedy="choose blocks with --block",
+                f"{what}: a trace is compared with one of each", remedy="choose blocks with --block"
             )
         grid = np.arange(angles) * 360.0 / angles
         begin, kept = np.unique(self.series.select("block", "at").to_numpy(), axis=0, return_inverse=True)
@@ -75,11 +75,7 @@ class Prediction:
 
 
 def predict(
-    job: Job,
-    blocks: Sequence[int] | None = None,
-    *,
-    progress: Progress = lambda *_: None,
-    stop: Callable[[], bool] = lambda: False,
+    job: Job, blocks: Sequence[int] | None = None, *, progress: Progress = lambda *_: None
 ) -> Prediction:
     """Forces of a job without simulating its volumes.
 
@@ -91,21 +87,17 @@ def predict(
     """
     forcing = coefficients_of(job)
     if forcing is None:
-        raise JobError(
-            "forces need a [force] table",
-            **job.where(),
-            remedy=f"add [force] with coefficients = a file, or one of {', '.join(shipped())}",
-        )
+        remedy = f"add [force] with coefficients = a file, or one of {', '.join(shipped())}"
+        raise JobError("forces need a [force] table", **job.where(), remedy=remedy)
     program = read_job_program(job)
     refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))
     toolpath = Toolpath.of(program, job.machine)
     every = toolpath.blocks
     cutting = {block.number for block in every if block.motion != "rapid"}
     if blocks is not None and (odd := [k for k in blocks if k not in cutting]):
-        raise InputError(
-            f"block {odd[0]} does not cut" if 0 <= odd[0] < len(every) else f"there is no block {odd[0]}",
-            remedy="see the table of a run",
-        )
+        there = 0 <= odd[0] < len(every)
+        what = f"block {odd[0]} does not cut" if there else f"there is no block {odd[0]}"
+        raise InputError(what, remedy="see the table of a run")
     times = move_times(toolpath, machine_limits(job), block_delete=job.keys.program.block_delete).seconds
     begin = np.concatenate([[0.0], np.cumsum(times)])
     index = {id(move): k for k, move in enumerate(program.moves)}
@@ -132,15 +124,14 @@ def predict(
                 ])
             )  # fmt: skip
             load = turn_load(sample, seen.teeth, forcing.coefficients, spin=spin)
-            peak = 0.0 if load is None else load.peak(seen.scale)
-            torque = 0.0 if load is None else load.torque(seen.scale)
+            peak, torque = (0.0, 0.0) if load is None else (load.peak(seen.scale), load.torque(seen.scale))
             stations.append((
                 seen.block.number, seen.block.line, sample.at, at, seen.move.feed_mm_min or float("nan"), seen.rev_min, peak,
                 torque, float(power_w(torque, seen.rev_min)),
             ))  # fmt: skip
 
     found = engagement_pass(
-        job, toolpath, stop=stop, progress=progress, name="forces", watch=watch,
+        job, toolpath, progress=progress, name="forces", watch=watch,
         only=None if blocks is None else frozenset(blocks),
     )  # fmt: skip
     told = [
@@ -153,9 +144,8 @@ def predict(
     notes = (*found.notes, *told)
     if not stations:
         raise InputError(f"no block has forces: {'; '.join(notes) or 'nothing cuts'}")
-    return Prediction(
-        _table(np.concatenate(series), SERIES), _table(np.array(stations), STATIONS), notes, frozenset(teeth)
-    )
+    rows = _table(np.concatenate(series), SERIES), _table(np.array(stations), STATIONS)
+    return Prediction(*rows, notes, frozenset(teeth))
 
 
 def measured_table(over: Overlay) -> pl.DataFrame:

@@ -60,45 +60,28 @@ def unchecked(mill: Mill) -> str:
     travel = limits.travel_mm or any(np.isfinite([a.lower, a.upper]).any() for a in slides) or mill.legs
     turns = [a for a in (chain.axes if chain is not None else ()) if a.is_rotary]
     rotary = all(np.isfinite([a.lower, a.upper]).any() for a in turns) or mill.legs
-    missing = [
-        words
-        for words, known in (
-            ("largest feed (max_feed_mm_min)", fast),
-            ("smallest feed (min_feed_mm_min)", limits.min_feed_mm_min),
-            ("spindle (spindle_rev_min)", limits.spindle_rev_min),
-            ("travel (travel_mm)", travel),
-            ("travel of rotary axes", rotary),
-        )
-        if not known
-    ]
+    known = {
+        "largest feed (max_feed_mm_min)": fast, "smallest feed (min_feed_mm_min)": limits.min_feed_mm_min,
+        "spindle (spindle_rev_min)": limits.spindle_rev_min, "travel (travel_mm)": travel, "travel of rotary axes": rotary,
+    }  # fmt: skip
+    missing = [words for words, told in known.items() if not told]
     return f"{mill.name} does not say, so it was not checked: {', '.join(missing)}" if missing else ""
 
 
 def _feeds(program: Program, mill: Mill) -> Iterator[Finding]:
     driven, limits = Driven.of(Toolpath.of(program, mill.chain)), mill.limits
     feed = np.where(driven.fast | (driven.length == 0), np.nan, driven.feed)
-    caps = {
-        "the path": np.full(len(feed), np.inf if limits.max_feed_mm_min is None else limits.max_feed_mm_min)
-    }
-    speeds = slide_speeds(limits.axes, mill.chain)
-    for j, name in enumerate("XYZ"):
-        most = speeds[j]
-        caps[name] = np.divide(
-            most, driven.peaks[:, j], out=np.full(len(feed), np.inf), where=driven.peaks[:, j] > 1e-12
-        )
-    caps["the turn of the rotary axes"] = driven.allowed
-    least = np.stack(list(caps.values()))
-    by = np.argmin(least, axis=0)
-    lines = _Lines(program)
-    for k, count in _first(feed, by, feed > OVER * least.min(axis=0)):
-        name = list(caps)[by[k]]
-        same = (feed == feed[k]) & (by == by[k]) & (feed > OVER * least.min(axis=0))
-        low = float(least.min(axis=0)[same].min())
-        where = "the machine feeds at" if name == "the path" else f"{name} limits it to"
-        what = f"F{feed[k]:.6g} mm/min in {count} motions: {where} {low:.6g} mm/min" + " at most" * (
-            name == "the path"
-        )
-        yield lines.named("W377", program.moves[k], "F", what)
+    path, speeds = limits.max_feed_mm_min or np.inf, slide_speeds(limits.axes, mill.chain)
+    own = np.divide(speeds, driven.peaks, out=np.full(driven.peaks.shape, np.inf), where=driven.peaks > 1e-12)
+    caps = np.stack([np.full(len(feed), path), *own.T, driven.allowed])
+    names = ("the path", *"XYZ", "the turn of the rotary axes")
+    by, least = np.argmin(caps, axis=0), caps.min(axis=0)
+    over, lines = feed > OVER * least, _Lines(program)
+    for k, count in _first(feed, by, over):
+        low = float(least[(feed == feed[k]) & (by == by[k]) & over].min())
+        most = f"the machine feeds at {low:.6g} mm/min at most" if by[k] == 0 else ""
+        what = most or f"{names[by[k]]} limits it to {low:.6g} mm/min"
+        yield lines.named("W377", program.moves[k], "F", f"F{feed[k]:.6g} mm/min in {count} motions: {what}")
     if limits.min_feed_mm_min is not None:
         for k, count in _first(feed, by * 0, feed * OVER < limits.min_feed_mm_min):
             what = f"F{feed[k]:.6g} mm/min in {count} motions: the machine feeds at {limits.min_feed_mm_min:g} mm/min at least"
@@ -137,10 +120,8 @@ def _travel(moves: Sequence[Move], mill: Mill) -> Iterator[Finding]:
         yield from beyond_travel([move for move in moves if not move.tcp], low, high)
     if chain is None or not chain.rotary:
         return
-    ends = {
-        axis.name.lower(): np.degrees([axis.lower, axis.upper])
-        for axis in (chain.axes[k] for k in chain.rotary)
-    }
+    turning = (chain.axes[k] for k in chain.rotary)
+    ends = {axis.name.lower(): np.degrees([axis.lower, axis.upper]) for axis in turning}
     seen: set[int] = set()
     for move in moves:
         angles = move.rotary_deg or {}
@@ -160,17 +141,12 @@ def _travel(moves: Sequence[Move], mill: Mill) -> Iterator[Finding]:
         elif move.tcp and np.isfinite(box).any():
             q = chain.named(chain.place(_turned(move, chain), places(move, _inside(move)))[0])
             for j, name in enumerate("XYZ"):
-                far = max(
-                    q.get(name, q.get(name.lower(), np.zeros(1))).tolist(),
-                    key=lambda v: max(low[j] - v, v - high[j]),
-                )
+                values = q.get(name, q.get(name.lower(), np.zeros(1))).tolist()
+                far = max(values, key=lambda v: max(low[j] - v, v - high[j]))
                 if far < low[j] - ANGLE_EPS_DEG or far > high[j] + ANGLE_EPS_DEG:
                     seen.add(move.line)
-                    what = (
-                        f"{name} would go to {far:.6g} mm, its travel is {low[j]:g} to {high[j]:g} mm "
-                        "(part where the machine file has it)"
-                    )
-                    yield finding("E373", move.line, move.n, what)
+                    what = f"{name} would go to {far:.6g} mm, its travel is {low[j]:g} to {high[j]:g} mm"
+                    yield finding("E373", move.line, move.n, f"{what} (part where the machine file has it)")
                     break
 
 
@@ -183,10 +159,9 @@ def _inside(move: Move) -> Floats:
 
 def _turned(move: Move, chain: Machine) -> Floats:
     """(k, m) rotary joints along a block, slides 0."""
-    first, last, inside = move.rotary_start or {}, move.rotary_deg or {}, _inside(move)
-    names = {
-        name: first.get(name, 0.0) + inside * (last.get(name, 0.0) - first.get(name, 0.0)) for name in last
-    }
+    first, inside = move.rotary_start or {}, _inside(move)
+    ends = {name: (first.get(name, 0.0), end) for name, end in (move.rotary_deg or {}).items()}
+    names = {name: start + inside * (end - start) for name, (start, end) in ends.items()}
     return np.broadcast_to(chain.joints(degrees=True, **names), (len(inside), len(chain.axes)))
 
 
@@ -206,18 +181,14 @@ class _Lines:
     """Where a word stands: in the line of a motion, or in the nearest line above it."""
 
     def __init__(self, program: Program) -> None:
-        self.texts = (
-            list(split_lines(decode_program(program.data, program.name)))
-            if is_g_code(program.dialect)
-            else []
-        )
+        known = is_g_code(program.dialect)
+        self.texts = list(split_lines(decode_program(program.data, program.name))) if known else []
 
     def named(self, code: str, move: Move, letter: str, what: str) -> Finding:
         for line in range(min(move.line, len(self.texts)), 0, -1):
             if letter in self.texts[line - 1].upper():
                 word = next((w for w in lex_line(self.texts[line - 1]).words if w.letter == letter), None)
                 if word is not None:
-                    return finding(
-                        code, line, move.n if line == move.line else None, what, word.text, word.col
-                    )
+                    number = move.n if line == move.line else None
+                    return finding(code, line, number, what, word.text, word.col)
         return finding(code, move.line, move.n, what)

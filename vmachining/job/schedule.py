@@ -123,10 +123,6 @@ def kept_words(passed: Sequence[Passed], unit: str) -> str:
     )
 
 
-def _as_warning(note: str | None) -> str | None:
-    return None if note is None else f"schedule: {note}"
-
-
 def compare(
     feed: Feed,
     planned: Planned,
@@ -154,68 +150,42 @@ def compare(
         for m in groups
     ]
     rates = np.divide(60.0 * volume, seconds, out=np.full(len(seconds), np.nan), where=seconds > 0)
-    hit = {
-        index: WORDS[word]
-        for index, (word, on) in enumerate(zip(schedule.limit, schedule.scheduled, strict=True))
-        if on and word in WORDS
-    }
-    left: dict[int, str] = {
-        **dict.fromkeys(written.unsplit, UNSPLIT),
-        **dict.fromkeys(written.untouched, UNTOUCHED),
-    }
-    columns = pl.DataFrame(
-        {
-            "block": pl.Series(range(len(blocks)), dtype=pl.Int64),
-            "scheduled_feed_mm_min": pl.Series(speed, dtype=pl.Float64).fill_nan(None),
-            "scheduled_time_s": pl.Series(seconds, dtype=pl.Float64),
-            "note": pl.Series(
-                [_as_warning(left.get(block.line, planned.notes.get(block.number))) for block in blocks],
-                dtype=pl.String,
-            ),
-        }
-    )
+    limits = enumerate(zip(schedule.limit, schedule.scheduled, strict=True))
+    hit = {index: WORDS[word] for index, (word, on) in limits if on and word in WORDS}
+    left = dict.fromkeys(written.unsplit, UNSPLIT) | dict.fromkeys(written.untouched, UNTOUCHED)
+    notes = [left.get(block.line, planned.notes.get(block.number)) for block in blocks]
+    columns = pl.DataFrame({
+        "block": pl.Series(range(len(blocks)), dtype=pl.Int64),
+        "scheduled_feed_mm_min": pl.Series(speed, dtype=pl.Float64).fill_nan(None),
+        "scheduled_time_s": pl.Series(seconds, dtype=pl.Float64),
+        "note": pl.Series([note and f"schedule: {note}" for note in notes], dtype=pl.String),
+    })  # fmt: skip
     hit |= {block.number: left[block.line] for block in blocks if block.line in left}
-    inserted = (
-        f", {schedule.inserted} blocks inserted (tau {feed.tau:g}, rule {feed.rule})"
-        if feed.insert_blocks
-        else f", one feed for {feed.every_blocks} blocks in a row"
-        if feed.every_blocks
-        else f", one feed for every {feed.every_mm:g} mm"
-        if feed.every_mm
-        else ""
-    )
+    inserted = ""
+    if feed.insert_blocks:
+        inserted = f", {schedule.inserted} blocks inserted (tau {feed.tau:g}, rule {feed.rule})"
+    elif feed.every_blocks:
+        inserted = f", one feed for {feed.every_blocks} blocks in a row"
+    elif feed.every_mm:
+        inserted = f", one feed for every {feed.every_mm:g} mm"
     goals = {tool: goal for tool, goal in schedule.references.items() if goal > 0.0}
-    goal_text = " and ".join(
-        f"{goal:.6g} {schedule.unit}" + (f" (tool {tool})" if len(goals) > 1 else "")
-        for tool, goal in goals.items()
-    )
+    told = {tool: f" (tool {tool})" if len(goals) > 1 else "" for tool in goals}
+    goal_text = " and ".join(f"{goal:.6g} {schedule.unit}{told[tool]}" for tool, goal in goals.items())
     what = DOES[feed.strategy].format(name=schedule.strategy, goal=goal_text or f"0 {schedule.unit}")
     source = reference_words(feed)
     before, on = schedule.blocks, schedule.scheduled
     rate = before.volume_mm3[on] * before.feed_mm_min[on] / before.length_mm[on]
     largest = float(rate[np.isfinite(rate)].max(initial=0.0))
-    report = ScheduleReport(
-        text=(
-            f"{what} "
-            f"(reference: {feed.reference}, {source}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
-            f"{inserted}. "
-            + "The written program was read back from its file and simulated again; the numbers come from that simulation. "
-            + kept_words(passed, schedule.unit)
-        ),
-        limits=hit,
-        tally=dict(Counter(hit.values())),
-        after_rate=rates,
-        comparison=planned.comparison,
-        note=planned.infeasible,
-        blocks=len(after),
-        removed_mm3=float(removed.sum()),
-        reference=schedule.reference,
-        unit=schedule.unit,
-        strategy=feed.strategy,
-        reference_from=source,
-        largest_block_mm3_min=largest,
-        unsplit=tuple(sorted(set(written.unsplit) - set(written.untouched))),
-        untouched=tuple(sorted(set(written.untouched))),
-        passed=tuple(passed),
+    aims = (
+        f"reference: {feed.reference}, {source}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
     )
+    again = "The written program was read back from its file and simulated again; the numbers come from that simulation."
+    report = ScheduleReport(
+        text=f"{what} ({aims}{inserted}. {again} {kept_words(passed, schedule.unit)}",
+        limits=hit, tally=dict(Counter(hit.values())), after_rate=rates, comparison=planned.comparison,
+        note=planned.infeasible, blocks=len(after), removed_mm3=float(removed.sum()), reference=schedule.reference,
+        unit=schedule.unit, strategy=feed.strategy, reference_from=source, largest_block_mm3_min=largest,
+        unsplit=tuple(sorted(set(written.unsplit) - set(written.untouched))),
+        untouched=tuple(sorted(set(written.untouched))), passed=tuple(passed),
+    )  # fmt: skip
     return columns, report

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vmachining.arrays import Bools, Floats, Ints
+from vmachining.arrays import Floats, Ints
 from vmachining.errors import FeedError
 from vmachining.feed import (
     ChipAreaStrategy,
@@ -33,7 +33,7 @@ from vmachining.job.paths import end_axis
 from vmachining.job.stations import Stations
 from vmachining.job.table import read_samples
 from vmachining.job.toolpath import Block, Toolpath
-from vmachining.nc import Motion, Program
+from vmachining.nc import Motion
 from vmachining.tolerance import LENGTH_EPS_MM
 
 LOADS = ("volume", "chip_area", "force")
@@ -101,8 +101,11 @@ def plan(
     Raises FeedError: No schedule exists, e.g. nothing cuts and no reference is given, no part can meet the reference,
         or the strategy needs what the job does not say.
     """
-    program, blocks = toolpath.program, toolpath.blocks
-    kinds = np.array([str(_kind(program, block)) for block in blocks])
+    program, blocks, moves = toolpath.program, toolpath.blocks, toolpath.moves
+    rapid = [all(moves[k].motion is Motion.RAPID for k in block.moves) for block in blocks]
+    # a line of several motions that are not all rapid keeps its feed: its parts cannot be told apart
+    several = [Kind.OTHER if len(block.moves) > 1 else Kind.CUT for block in blocks]
+    kinds = np.array([str(Kind.RAPID if on else kind) for on, kind in zip(rapid, several, strict=True)])
     notes: dict[int, str] = {}
     if feed.strategy != "volume":
         kinds, notes = _without_unknown(feed, kinds, stations)
@@ -113,18 +116,15 @@ def plan(
     most = feeds if feed.plunge_max_mm_min is None else np.full(len(feeds), feed.plunge_max_mm_min)
     largest = np.where(down & np.isfinite(most), np.minimum(largest, most), largest)
     if feed.strategy == "chip_area" and feed.plunge_max_mm_min is None and isinstance(feed.reference, str):
-        kinds = _without_plunges(kinds, down, np.array([block.tool for block in blocks]))
+        # plunges keep their feed and set no reference: their chips are of the bottom, and a pass is not to be fed until its own
+        # are as large; a tool that only plunges is held by its plunges
+        tools, cuts = np.array([block.tool for block in blocks]), kinds == str(Kind.CUT)
+        kinds = np.where(cuts & down & np.isin(tools, tools[cuts & ~down]), str(Kind.OTHER), kinds)
     rows = FeedBlocks(
-        line=[block.line for block in blocks],
-        kind=kinds,
-        length_mm=table["length_mm"].to_numpy(),
-        feed_mm_min=feeds,
-        volume_mm3=table["removed_mm3"].to_numpy(),
-        volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
-        cap_mm_min=largest,
-        tool=[block.tool for block in blocks],
-        plunge=down,
-    )
+        line=[block.line for block in blocks], kind=kinds, length_mm=table["length_mm"].to_numpy(), feed_mm_min=feeds,
+        volume_mm3=table["removed_mm3"].to_numpy(), volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
+        cap_mm_min=largest, tool=[block.tool for block in blocks], plunge=down,
+    )  # fmt: skip
     limits = FeedLimits(min_mm_min=feed.min_mm_min, max_mm_min=feed.max_mm_min)
     known = strategies(feed, rows, partial, stations, every=every)
     mine = known[feed.strategy]
@@ -138,13 +138,6 @@ def plan(
     return Planned(schedule, plans, rows, compared(feed, rows, known, plans), notes, told, others)
 
 
-def _kind(program: Program, block: Block) -> Kind:
-    """A line of several motions that are not all rapid keeps its feed: its parts cannot be told apart."""
-    if all(program.moves[index].motion is Motion.RAPID for index in block.moves):
-        return Kind.RAPID
-    return Kind.OTHER if len(block.moves) > 1 else Kind.CUT
-
-
 def _plunges(toolpath: Toolpath, block: Block) -> bool:
     """Whether a block goes into the material along its tool: within `PLUNGE` of the axis, tip ahead."""
     path = toolpath.paths[block.moves[0]]
@@ -152,13 +145,6 @@ def _plunges(toolpath: Toolpath, block: Block) -> bool:
         return False
     chord = path.position(1.0) - path.position(0.0)
     return bool(-(chord @ end_axis(path)) >= math.cos(PLUNGE) * path.length)
-
-
-def _without_plunges(kinds: np.ndarray, down: Bools, tools: Ints) -> np.ndarray:
-    """Plunges keep their feed and set no reference: their chips are of the bottom, and a pass is not to be fed until its own
-    are as large. A tool that only plunges is held by its plunges."""
-    cuts = kinds == str(Kind.CUT)
-    return np.where(cuts & down & np.isin(tools, tools[cuts & ~down]), str(Kind.OTHER), kinds)
 
 
 def _without_unknown(feed: Feed, kinds: np.ndarray, stations: Stations) -> tuple[np.ndarray, dict[int, str]]:
@@ -171,10 +157,10 @@ def _without_unknown(feed: Feed, kinds: np.ndarray, stations: Stations) -> tuple
     lost = np.flatnonzero((kinds == str(Kind.CUT)) & ~known)
     if len(lost) and len(lost) == (kinds == str(Kind.CUT)).sum():
         why = "; ".join(stations.notes) or "see the warnings of the blocks"
-        raise FeedError(
-            f"strategy {feed.strategy!r}: no block has a known load ({why})",
-            remedy='give flutes with the tool, and a spindle speed in the program or under [force]; or take "volume"',
+        remedy = (
+            'give flutes with the tool, and a spindle speed in the program or under [force]; or take "volume"'
         )
+        raise FeedError(f"strategy {feed.strategy!r}: no block has a known load ({why})", remedy=remedy)
     kinds = kinds.copy()
     kinds[lost] = str(Kind.OTHER)
     return kinds, {int(k): "feed left as programmed: its load is not known" for k in lost}
@@ -187,7 +173,7 @@ def strategies(
 
     partial : table with the volumes of parts, where blocks may be divided. every : see `plan`.
     """
-    divided = feed.insert_blocks
+    divided, low, high = feed.insert_blocks, rows.volumes(False), rows.volumes(True)
     found: dict[str, Strategy] = {}
     if divided and partial is not None and (every or feed.strategy == "volume"):
         volumes: list[float] = []
@@ -198,51 +184,37 @@ def strategies(
                 counts[index] = len(samples)
         equal = sampled(rows, volumes, counts)
         # parts are measured without brackets: they share that of their block
-        found["volume"] = replace(equal, upper=equal.volume * _widened(rows)[equal.parts.block])
+        wider = np.divide(high, low, out=np.ones(len(rows)), where=low > 0.0)
+        found["volume"] = replace(equal, upper=equal.volume * wider[equal.parts.block])
         divided = every
     else:
-        found["volume"] = VolumeStrategy(
-            Parts.whole(rows), rows.volumes(False), rows.groups, upper=rows.volumes(True)
-        )
+        found["volume"] = VolumeStrategy(Parts.whole(rows), low, rows.groups, upper=high)
     first, last = stations.parts(divided=divided)
-    parts = Parts.stepped(rows, _steps(rows, stations)) if divided else Parts.whole(rows)
+    # a block without stations is one part
+    step = np.where(np.isnan(stations.step), np.maximum(rows.length_mm, 1.0), stations.step)
+    parts = Parts.stepped(rows, step) if divided else Parts.whole(rows)
     group = rows.groups[parts.block]
     areas = np.append(np.nan_to_num(stations.area_per_feed), 0.0)
     area = np.where(last >= first, _largest(areas, first, last), 0.0)
     if feed.strategy == "chip_area" or np.isfinite(stations.area_per_feed).any():
         found["chip_area"] = ChipAreaStrategy(parts, area, group)
     if feed.strategy == "force" or len(stations.rows):
-        begin = np.append(stations.first, 0)
-        end = np.append(stations.last, 0)
-        there = last >= first
-        found["force"] = ForceStrategy(
-            parts, stations.rows, np.where(there, begin[np.minimum(first, len(begin) - 1)], 0),
-            np.where(there, end[np.minimum(last, len(end) - 1)], 0), group, feed.component,
-        )  # fmt: skip
+        begin, end = (
+            np.where(last >= first, np.append(of, 0)[np.minimum(at, len(of))], 0)
+            for of, at in ((stations.first, first), (stations.last, last))
+        )
+        found["force"] = ForceStrategy(parts, stations.rows, begin, end, group, feed.component)
     return found
-
-
-def _widened(rows: FeedBlocks) -> Floats:
-    """(n,) upper end of a block's volume over its estimate."""
-    volume = rows.volumes(False)
-    return np.divide(rows.volumes(True), volume, out=np.ones(len(rows)), where=volume > 0.0)
-
-
-def _steps(rows: FeedBlocks, stations: Stations) -> Floats:
-    """(n,) mm between stations; a block without them is one part."""
-    return np.where(np.isnan(stations.step), np.maximum(rows.length_mm, 1.0), stations.step)
 
 
 def _largest(values: Floats, first: Ints, last: Ints) -> Floats:
     """(m,) largest of values[first : last + 1]; parts overlap in their ends."""
     if not len(first):
         return np.zeros(0)
+    begin, top = np.minimum(first, len(values) - 1), len(values) - 1
     if (last - first <= 1).all():
-        k = np.minimum(first, len(values) - 1)
-        return np.asarray(np.maximum(values[k], values[np.clip(last, 0, len(values) - 1)]))
-    pairs = np.column_stack(
-        [np.minimum(first, len(values) - 1), np.minimum(last + 1, len(values) - 1)]
-    ).ravel()
+        return np.asarray(np.maximum(values[begin], values[np.clip(last, 0, top)]))
+    pairs = np.column_stack([begin, np.minimum(last + 1, top)]).ravel()
     return np.asarray(np.maximum.reduceat(values, pairs)[::2])
 
 
@@ -274,11 +246,9 @@ def _plans(
     """Of every strategy; all but the one asked for with their automatic reference."""
     plans: dict[str, Schedule] = {}
     for name, strategy in known.items():
-        if name == feed.strategy:
-            plans[name] = chosen
-            continue
         with suppress(FeedError):  # a block without a feed: nothing to compare with
-            plans[name] = plan_feeds(rows, strategy, limits, **feed.division)
+            mine = name == feed.strategy
+            plans[name] = chosen if mine else plan_feeds(rows, strategy, limits, **feed.division)
     return plans
 
 
@@ -328,10 +298,8 @@ def loads_of(rows: FeedBlocks, known: dict[str, Strategy], feed_mm_min: Floats) 
 
 def _loads(rows: FeedBlocks, known: dict[str, Strategy], feeds: Callable[[Parts], Floats]) -> Loads:
     """All loads; feeds : (m,) mm/min of their parts."""
-    return {
-        load: _load(rows, known[load], feeds(known[load].parts)) if load in known else (None, None)
-        for load in LOADS
-    }
+    there = {load: _load(rows, known[load], feeds(known[load].parts)) for load in LOADS if load in known}
+    return dict.fromkeys(LOADS, (None, None)) | there
 
 
 def _at_parts(schedule: Schedule, parts: Parts) -> Floats:
@@ -340,9 +308,8 @@ def _at_parts(schedule: Schedule, parts: Parts) -> Floats:
     start = np.where(np.diff(owner, prepend=-1) != 0, 0.0, np.concatenate([[0.0], parts.end[:-1]]))
     middle = owner + np.minimum(0.5 * (start + parts.end), 1.0 - 1e-12)
     borders = schedule.sub_block + np.minimum(schedule.sub_end, 1.0 - 1e-13)
-    return np.asarray(
-        schedule.sub_feed_mm_min[np.minimum(np.searchsorted(borders, middle), len(borders) - 1)]
-    )
+    at = np.minimum(np.searchsorted(borders, middle), len(borders) - 1)
+    return np.asarray(schedule.sub_feed_mm_min[at])
 
 
 def _load(rows: FeedBlocks, strategy: Strategy, feed: Floats) -> tuple[float | None, float | None]:
@@ -369,20 +336,15 @@ def by_reference(
     """
     if not feed.references:
         return None
-    division = dict(rule=feed.rule, **feed.division)
-    plans = {
-        value: plan_feeds(rows, strategy, limits, reference=value, **division)
-        for value in sorted(set(feed.references))
-    }
-    n = len(rows)
+    n, division = len(rows), {"rule": feed.rule, **feed.division}
     tables = [_table(None, False, chosen, strategy, np.arange(n), np.ones(n), rows.feed_mm_min)]
-    for value, plan, written in (
-        *((v, p, False) for v, p in plans.items()),
-        (chosen.reference, chosen, True),
-    ):
-        tables.append(
-            _table(value, written, plan, strategy, plan.sub_block, plan.sub_end, plan.sub_feed_mm_min)
-        )
+    plans = [
+        plan_feeds(rows, strategy, limits, reference=goal, **division)
+        for goal in sorted(set(feed.references))
+    ]
+    for goal, plan in (*zip(sorted(set(feed.references)), plans, strict=True), (chosen.reference, chosen)):
+        sub = plan.sub_block, plan.sub_end, plan.sub_feed_mm_min
+        tables.append(_table(goal, plan is chosen, plan, strategy, *sub))
     return pl.concat(tables)
 
 

@@ -196,12 +196,11 @@ def _on_pieces(driven: _Driven, pieces: _Driven) -> Floats:
 
 def refuse_other_motions(one: Toolpath, other: Toolpath) -> None:
     """Both move alike, to the last bit."""
-    same = len(one.paths) == len(other.paths)
-    for a, b in zip(one.paths, other.paths, strict=False):
-        if not same:
-            break
-        same = type(a) is type(b) and bool(
-            (a.position(THERE) == b.position(THERE)).all() and (end_axis(a) == end_axis(b)).all()
-        )
-    if not same:
+    pairs = zip(one.paths, other.paths, strict=False)
+    if len(one.paths) != len(other.paths) or not all(
+        type(a) is type(b)
+        and (a.position(THERE) == b.position(THERE)).all()
+        and (end_axis(a) == end_axis(b)).all()
+        for a, b in pairs
+    ):
         raise FeedError("the written program runs through other motions than the original")

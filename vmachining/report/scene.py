@@ -88,7 +88,12 @@ ARC_PLACES = 91
 
 
 def write_pulses(
-    path: Path, blocks: Sequence[PulseBlock], paths: Sequence[Line | Arc], blu_mm: float, *, name: str
+    path: Path,
+    blocks: Sequence[PulseBlock],
+    paths: Sequence[Line | Arc],
+    blu_mm: float,
+    *,
+    name: str = "pulses",
 ) -> None:
     """One page, whole or not at all; a path in one plane is seen from above.
 
