@@ -93,6 +93,11 @@ def unit_of_feeds(text: str) -> str:
     return "mm" if metric else "inch" if inch else ""
 
 
+def _expect(plain: bool, form: str, more: str = "") -> None:
+    if not plain:
+        raise RecordError("E109", f"{form} is expected{more}")
+
+
 class _Apt(AptMotions):
     """What every word of a cutter location file does."""
 
@@ -108,18 +113,13 @@ class _Apt(AptMotions):
         """The unit before UNITS: of the job, else that of the feeds, which is said."""
         if self.settings.units:
             self.unit, self.unit_known = 25.4 if self.settings.units == "inch" else 1.0, "job"
-        elif not _SAID.search(text):
-            spoken = unit_of_feeds(text)
-            if spoken == "inch":
-                self.unit, self.unit_known = 25.4, "feeds"
-                what = "no UNITS record; feeds are in inches per minute, so lengths are read as inches"
-                self.note("I213", 1, what)
-            elif spoken == "mm":
-                self.unit_known = "feeds"
-                self.note("I213", 1, "no UNITS record; feeds are in mm per minute, so lengths are read as mm")
+        elif not _SAID.search(text) and (spoken := unit_of_feeds(text)):
+            self.unit, self.unit_known = 25.4 if spoken == "inch" else 1.0, "feeds"
+            full = "inches" if spoken == "inch" else "mm"
+            what = f"no UNITS record; feeds are in {full} per minute, so lengths are read as {full}"
+            self.note("I213", 1, what)
 
     def record(self, record: Record) -> None:
-        """Execute one record."""
         self.path_ended = record.word == "END-OF-PATH" or (
             self.path_ended and record.word in ("PAINT", "PPRINT")
         )
@@ -148,8 +148,8 @@ class _Apt(AptMotions):
     _do_unit = _do_units
 
     def _do_multax(self, record: Record) -> None:
-        if record.names not in ([], ["ON"], ["OFF"]) or record.numbers:
-            raise RecordError("E109", "MULTAX, MULTAX/ON or MULTAX/OFF is expected")
+        plain = record.names in ([], ["ON"], ["OFF"]) and not record.numbers
+        _expect(plain, "MULTAX, MULTAX/ON or MULTAX/OFF")
         self.multax = record.names != ["OFF"]
 
     def _do_rapid(self, record: Record) -> None:
@@ -158,8 +158,8 @@ class _Apt(AptMotions):
         self.rapid = True
 
     def _do_fedrat(self, record: Record) -> None:
-        if len(record.numbers) != 1 or len(record.names) > 1:
-            raise RecordError("E109", "FEDRAT/number, or with one of MMPM, IPM, MMPR, IPR, is expected")
+        plain = len(record.numbers) == 1 and len(record.names) <= 1
+        _expect(plain, "FEDRAT/number, or with one of MMPM, IPM, MMPR, IPR,")
         unit, turn = 0.0, False
         if record.names:
             if record.names[0] not in FEED_UNITS:
@@ -176,8 +176,8 @@ class _Apt(AptMotions):
             what = f"SPINDL/{record.text}: a surface speed; the speed is not known"
             self.once("I214", record.line, what, "SPINDL")
             return
-        if len(numbers) > 1 or not names <= {"CLW", "CCLW", "ON", "OFF", "ORIENT", "LOCK"}:
-            raise RecordError("E109", "SPINDL/number,CLW or SPINDL/OFF is expected")
+        known = names <= {"CLW", "CCLW", "ON", "OFF", "ORIENT", "LOCK"}
+        _expect(len(numbers) <= 1 and known, "SPINDL/number,CLW or SPINDL/OFF")
         if numbers:
             if numbers[0] < 0.0:
                 raise RecordError("E312", f"the spindle speed {numbers[0]:g} is negative")
@@ -188,7 +188,10 @@ class _Apt(AptMotions):
     def _do_loadtl(self, record: Record) -> None:
         if not record.numbers or record.numbers[0] < 0 or record.numbers[0] != int(record.numbers[0]):
             raise RecordError("E322", f"{record.word} needs a whole number from zero up")
-        self._take(int(record.numbers[0]))
+        number, tools = int(record.numbers[0]), self.settings.tools
+        if number > 0 and tools is not None and number not in tools:
+            raise RecordError("E321", f"tool {number} is not in the tool table")
+        self.tool = number
 
     _do_toolno = _do_loadtl
 
@@ -200,26 +203,16 @@ class _Apt(AptMotions):
         elif record.names[:1] != ["HEAD"]:
             raise RecordError("E208", f"LOAD/{record.text} is not supported")
 
-    def _take(self, number: int) -> None:
-        tools = self.settings.tools
-        if number > 0 and tools is not None and number not in tools:
-            raise RecordError("E321", f"tool {number} is not in the tool table")
-        self.tool = number
-
     def _do_tool_path(self, record: Record) -> None:
         """A new operation of an NX file; its tool has a name, and a number only if LOAD/TOOL follows."""
-        self.native, self.cycle, self.axis, self.circle = True, None, self.axis, None
-        name = record.text.partition(",TOOL,")[2].strip() or record.text
-        self.called = name
-        self.names.setdefault(name, len(self.names) + 1)
-        number, tools = self.names[name], self.settings.tools
+        self.native, self.cycle, self.axis, self.circle = True, None, UP, None
+        self.called = name = record.text.partition(",TOOL,")[2].strip() or record.text
+        number, tools = self.names.setdefault(name, len(self.names) + 1), self.settings.tools
         if tools is None or number in tools:
             self.tool = number
-        self.axis = UP
 
     def _do_tlaxis(self, record: Record) -> None:
-        if len(record.numbers) != 3:
-            raise RecordError("E109", "TLAXIS/i,j,k is expected")
+        _expect(len(record.numbers) == 3, "TLAXIS/i,j,k")
         self.axis = self._unit(record, record.numbers)
 
     def _do_delay(self, record: Record) -> None:
@@ -245,8 +238,7 @@ class _Apt(AptMotions):
 
     def _do_msys(self, record: Record) -> None:
         n = record.numbers
-        if len(n) != 9 or record.names:
-            raise RecordError("E109", "MSYS/origin, x axis, y axis is expected: nine numbers")
+        _expect(len(n) == 9 and not record.names, "MSYS/origin, x axis, y axis", ": nine numbers")
         self.local = True
         self._enter(record, (n[0], n[1], n[2]), (n[3], n[4], n[5]), (n[6], n[7], n[8]))
 
@@ -274,8 +266,7 @@ class _Apt(AptMotions):
 
     def _do_godlta(self, record: Record) -> None:
         steps = [0.0, 0.0, *record.numbers] if len(record.numbers) == 1 else record.numbers
-        if len(steps) != 3 or record.names:
-            raise RecordError("E109", "GODLTA/dx,dy,dz is expected")
+        _expect(len(steps) == 3 and not record.names, "GODLTA/dx,dy,dz")
         if len(record.numbers) == 1:
             self._go(record, along(self.tip, self.axis, self.unit * steps[2]), self.axis)
             return
@@ -291,8 +282,7 @@ class _Apt(AptMotions):
 
     def _do_circle(self, record: Record) -> None:
         numbers = record.numbers
-        if len(numbers) < 6:
-            raise RecordError("E109", f"{record.word}/cx,cy,cz,i,j,k,r is expected")
+        _expect(len(numbers) >= 6, f"{record.word}/cx,cy,cz,i,j,k,r")
         if record.names and (record.word != "MOVARC" or record.names != ["ANGLE"] or len(numbers) != 8):
             raise RecordError("E109", f"{record.word} does not take {record.names[0]} like this")
         if record.names and not 0.0 < numbers[7] <= 360.0:
@@ -306,8 +296,7 @@ class _Apt(AptMotions):
     _do_movarc = _do_circle
 
     def _do_indirv(self, record: Record) -> None:
-        if len(record.numbers) != 3:
-            raise RecordError("E109", "INDIRV/dx,dy,dz is expected")
+        _expect(len(record.numbers) == 3, "INDIRV/dx,dy,dz")
         x, y, z = record.numbers
         self.heading = self._vector((x, y, z))
 
@@ -327,8 +316,8 @@ class _Apt(AptMotions):
         numbers = record.numbers
         if len(numbers) == 2 and not record.names:
             raise RecordError("E109", _TURNED, "post it for a mill, with x, y and z")
-        if len(numbers) not in (3, 6) or record.names:
-            raise RecordError("E109", f"{record.word}/x,y,z or {record.word}/x,y,z,i,j,k is expected")
+        plain = len(numbers) in (3, 6) and not record.names
+        _expect(plain, f"{record.word}/x,y,z or {record.word}/x,y,z,i,j,k")
         return self._point(numbers), self._unit(record, numbers[3:]) if len(numbers) == 6 else self.axis
 
     # ---- cycles ----

@@ -151,10 +151,9 @@ class HoleCycle(NamedTuple):
         if not self.step:
             down = [CycleStep(bottom, True, self.dwell)]
             return [*down, CycleStep(self.clear, True)] if self.out else down
-        out, at, first = list[CycleStep](), 0.0, True
+        out, at, stroke = list[CycleStep](), 0.0, self.first or self.step
         while True:
-            at -= self.first if first and self.first else self.step
-            first = False
+            at, stroke = at - stroke, self.step
             if at <= bottom + 1e-9:
                 return [*out, CycleStep(bottom, True, self.dwell)]
             if len(out) > MAX_STEPS:
@@ -194,15 +193,14 @@ def cycle_of(record: Record, unit: float, signed: bool) -> HoleCycle:
     if (step or 0.0) < 0.0 or (first or 0.0) < 0.0:
         raise RecordError("E334", "a step of a cycle is negative")
     back = record.after("RTRCTO")
-    dwell = record.after("DWELL") or 0.0
-    revolutions = "REV" in record.names
+    dwell = 0.0 if "REV" in record.names else record.after("DWELL") or 0.0
     tap = bool(set(kinds) & _TAP)
     kind = "BRKCHP" if set(kinds) & _BREAK else "TAP" if tap else kinds[0]
     level = (clear or 0.0) * unit
     end = back * unit if back is not None else None if "RTRCTO" in record.names else level
     strokes = ((first or 0.0) * unit, (step or first or 0.0) * unit) if pecks else (0.0, 0.0)
     out = tap or bool(set(kinds) & _FEED_OUT)
-    return HoleCycle(kind, level, abs(depth) * unit, end, *strokes, 0.0 if revolutions else dwell, feed, out)
+    return HoleCycle(kind, level, abs(depth) * unit, end, *strokes, dwell, feed, out)
 
 
 CHORD_MM: Final = 5e-4
@@ -254,11 +252,9 @@ class AptMotions:
         self.local = False
 
     def note(self, code: str, line: int, message: str, word: str = "", hint: str = "") -> None:
-        """Add a finding."""
         self.found.append(finding(code, line, None, message, word, hint=hint))
 
     def once(self, code: str, line: int, message: str, word: str = "") -> None:
-        """Add a finding that is said once."""
         if message not in self.said:
             self.said.add(message)
             self.note(code, line, message, word)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from statistics import median
 from typing import Final, NamedTuple
@@ -105,14 +105,9 @@ _OTHER_COMP: Final = re.compile(r"\(.*\b(?:CONTROL|REVERSE WEAR|REV WEAR) COMP\b
 _BARE: Final = re.compile(r"[XYZIJRxyzijr][ \t]*[-+]?[0-9]+(?![0-9.])")
 
 
-def arcs_open(findings: Sequence[Finding]) -> int:
+def arcs_open(findings: Sequence[Finding], codes: Collection[str] = ARC_CODES) -> int:
     """How many arcs do not fit."""
-    return sum(times(item) for item in findings if item.code in ARC_CODES)
-
-
-def _small(findings: Sequence[Finding]) -> int:
-    """How many radii are too small for their arcs."""
-    return sum(times(item) for item in findings if item.code == "E305")
+    return sum(times(item) for item in findings if item.code in codes)
 
 
 def times(item: Finding) -> int:
@@ -135,7 +130,9 @@ def closing(
     for centres, modal, what in CENTRES:
         other = replace(settings, control=replace(control, arc_centres=centres, modal_centres=modal))
         now = read(other)
-        if arcs_open(now) or _small(now) > _small(findings):
+        if arcs_open(now) or arcs_open(now, {"E305"}) > arcs_open(
+            findings, {"E305"}
+        ):  # radii too small for their arcs
             continue
         text = f"{what}: so all arcs of the program fit, {count} do not as Fanuc counts"
         keys = [f'arc_centres = "{centres}"'] * (centres != "start") + ["modal_centres = true"] * modal

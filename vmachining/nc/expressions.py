@@ -76,51 +76,29 @@ class Parameters(Protocol):
         """Value of `#number`, None when there is no such parameter."""
 
 
-def _divide(a: float, b: float) -> float:
-    if b == 0.0:
-        raise NoValueError("division by zero")
-    return a / b
+def _unless(wrong: Callable[..., bool], why: str, function: Callable[..., float]) -> Callable[..., float]:
+    """A function that has no value for some arguments."""
 
+    def checked(*values: float) -> float:
+        if wrong(*values):
+            raise NoValueError(why.format(*values))
+        return function(*values)
 
-def _modulo(a: float, b: float) -> float:
-    if b == 0.0:
-        raise NoValueError("MOD by zero")
-    rest = math.fmod(a, b)
-    return rest + abs(b) if rest < 0.0 else rest
-
-
-def _power(a: float, b: float) -> float:
-    if (a < 0.0 and b != math.floor(b)) or (a == 0.0 and b < 0.0):
-        raise NoValueError(f"{a:g} ** {b:g} has no real value")
-    return math.pow(a, b)
-
-
-def _root(a: float) -> float:
-    if a < 0.0:
-        raise NoValueError(f"SQRT of {a:g}, a negative number")
-    return math.sqrt(a)
-
-
-def _log(a: float) -> float:
-    if a <= 0.0:
-        raise NoValueError(f"LN of {a:g}, which is not positive")
-    return math.log(a)
+    return checked
 
 
 def _inverse(function: Callable[[float], float], name: str) -> Callable[[float], float]:
-    def degrees(a: float) -> float:
-        if not -1.0 <= a <= 1.0:
-            raise NoValueError(f"{name} of {a:g}, which is outside -1..1")
-        return math.degrees(function(a))
-
-    return degrees
+    why = f"{name} of {{:g}}, which is outside -1..1"
+    return _unless(lambda a: not -1.0 <= a <= 1.0, why, lambda a: math.degrees(function(a)))
 
 
 BINARY: Final[Mapping[str, tuple[int, Callable[[float, float], float]]]] = {
-    "**": (5, _power),
+    "**": (5, _unless(lambda a, b: (a < 0.0 and b != math.floor(b)) or (a == 0.0 and b < 0.0),
+                      "{:g} ** {:g} has no real value", math.pow)),
     "*": (4, operator.mul),
-    "/": (4, _divide),
-    "MOD": (4, _modulo),
+    "/": (4, _unless(lambda a, b: b == 0.0, "division by zero", operator.truediv)),
+    "MOD": (4, _unless(lambda a, b: b == 0.0, "MOD by zero",
+                       lambda a, b: rest + abs(b) if (rest := math.fmod(a, b)) < 0.0 else rest)),
     "+": (3, operator.add),
     "-": (3, operator.sub),
     "EQ": (2, lambda a, b: float(a == b)),
@@ -132,7 +110,7 @@ BINARY: Final[Mapping[str, tuple[int, Callable[[float, float], float]]]] = {
     "AND": (1, lambda a, b: float(a != 0.0 and b != 0.0)),
     "OR": (1, lambda a, b: float(a != 0.0 or b != 0.0)),
     "XOR": (1, lambda a, b: float((a != 0.0) != (b != 0.0))),
-}
+}  # fmt: skip
 
 FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
     "ABS": abs,
@@ -142,10 +120,10 @@ FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
     "EXP": math.exp,
     "FIX": lambda a: float(math.floor(a)),
     "FUP": lambda a: float(math.ceil(a)),
-    "LN": _log,
+    "LN": _unless(lambda a: a <= 0.0, "LN of {:g}, which is not positive", math.log),
     "ROUND": lambda a: math.copysign(math.floor(abs(a) + 0.5), a),
     "SIN": lambda a: math.sin(math.radians(a)),
-    "SQRT": _root,
+    "SQRT": _unless(lambda a: a < 0.0, "SQRT of {:g}, a negative number", math.sqrt),
     "TAN": lambda a: math.tan(math.radians(a)),
 }
 
@@ -280,13 +258,7 @@ def _evaluate(node: Expression, parameters: Parameters) -> float:
     if op == "number":
         return node.number
     if op in ("parameter", "exists"):
-        assert node.name is not None
-        if op == "exists":
-            return float(_exists(node.name, parameters))
-        value, text = _look_up(node.name, parameters)
-        if value is None:
-            raise NoValueError(f"parameter {text} has no value")
-        return value
+        return _of_parameter(node.name, parameters, exists=op == "exists")
     args = [_evaluate(arg, parameters) for arg in node.args]
     if op == "negative":
         return -args[0]
@@ -323,18 +295,18 @@ def _whole(node: Expression, parameters: Parameters) -> int:
     return number
 
 
-def _exists(name: Name, parameters: Parameters) -> bool:
-    """Whether a parameter has a value; a number that no parameter has is an answer, not an error."""
+def _of_parameter(name: Name | None, parameters: Parameters, *, exists: bool) -> float:
+    """Value of a parameter, or whether it has one; then a number that no parameter has is an answer, not an error."""
+    assert name is not None
     if name.name is not None:
-        return parameters.named(name.name) is not None
-    assert name.number is not None
-    number = _whole(name.number, parameters)
-    return 1 <= number <= MAX_NUMBER and parameters.numbered(number) is not None
-
-
-def _look_up(name: Name, parameters: Parameters) -> tuple[float | None, str]:
-    if name.name is not None:
-        return parameters.named(name.name), f"#<{name.name}>"
-    assert name.number is not None
-    number = parameter_number(name.number, parameters)
-    return parameters.numbered(number), f"#{number}"
+        value, text = parameters.named(name.name), f"#<{name.name}>"
+    else:
+        assert name.number is not None
+        number = (_whole if exists else parameter_number)(name.number, parameters)
+        known = not exists or 1 <= number <= MAX_NUMBER
+        value, text = parameters.numbered(number) if known else None, f"#{number}"
+    if exists:
+        return float(value is not None)
+    if value is None:
+        raise NoValueError(f"parameter {text} has no value")
+    return value

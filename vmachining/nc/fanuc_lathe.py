@@ -67,7 +67,6 @@ class Lathe(Cycles):
     # ---- one block ----
 
     def translate(self, block: Words, state: State) -> Line:
-        """The block for the core."""
         self.runs = None
         if self.leaves_out(self.at):
             return Line([], state)
@@ -126,7 +125,10 @@ class Lathe(Cycles):
         if "H" in has and "C" not in has and not codes & MANY.keys():  # a step of C
             c = state.rotary.get("c", 0.0) - state.rotary_shift("c") + b.get("H")
             has["C"] = has["H"][0]._replace(letter="C"), c
-        self._surface(b)
+        if codes & {960, 970}:  # and the S that belongs to them
+            self.constant = 960 in codes
+        if "S" in has and self.constant and not codes & {500, 920}:
+            self.surface = b.get("S")
         for place, step in (("X", "U"), ("Z", "W")):
             if place in has and step in has and not codes & MANY.keys():
                 what = f"{place} and {step} name one axis, by its place and by a step"
@@ -257,7 +259,6 @@ class Lathe(Cycles):
         return kept
 
     def _mode(self, word: Word, code: int, b: Turned) -> Words:
-        """A G code for the core, if it is one."""
         system = {980: 94.0, 990: 95.0}
         own = code in OWN or (code == 820 and self.variant == "okuma")
         if code in (940, 950):
@@ -285,13 +286,6 @@ class Lathe(Cycles):
             return [(word, code / 10.0)]
         return []
 
-    def _surface(self, b: Turned) -> None:
-        """G96, G97 and the S that belongs to them."""
-        if b.codes & {960, 970}:
-            self.constant = 960 in b.codes
-        if "S" in b.given and self.constant and not b.codes & {500, 920}:
-            self.surface = b.get("S")
-
     def _rpm(self, radius: float, b: Turned) -> float:
         """Of G96 at a radius in units of the program."""
         assert self.surface is not None
@@ -304,16 +298,13 @@ class Lathe(Cycles):
 
     def _goal(self, b: Turned) -> None:
         """Radius and Z that the block names."""
-        for place, step, factor, here in (("X", "U", self.half, b.here[0]), ("Z", "W", 1.0, b.here[1])):
-            goal = None
+
+        def along(place: str, step: str, factor: float, here: float) -> float | None:
             if place in b.given:
-                goal = b.get(place) * factor + (here if self.steps else 0.0)
-            elif step in b.given:
-                goal = here + b.get(step) * factor
-            if place == "X":
-                b.x = goal
-            else:
-                b.z = goal
+                return b.get(place) * factor + (here if self.steps else 0.0)
+            return here + b.get(step) * factor if step in b.given else None
+
+        b.x, b.z = along("X", "U", self.half, b.here[0]), along("Z", "W", 1.0, b.here[1])
 
     # ---- motions ----
 

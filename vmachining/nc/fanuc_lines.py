@@ -36,6 +36,7 @@ _PRINT: Final = re.compile(
 _REMARK: Final = re.compile(r"^[ \t]*//[ \t]*[A-Z][A-Z ]", re.IGNORECASE)
 _ASSIGNED: Final = re.compile(r"(#(?:[0-9]+|\[[^=]*\])[ \t]*=[ \t]*)([^=(;]+)(?=$|\(|;)")
 _OPERATION: Final = re.compile(r"[\]0-9.][ \t]*(?:[-+*/]|MOD|AND|OR|XOR|EQ|NE|GT|GE|LT|LE)", re.IGNORECASE)
+_REMARKS: Final = re.compile(r"\([^()]*\)|;.*")
 _CONTROL: Final = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
 
@@ -48,7 +49,7 @@ def prepare(line: str) -> str:
     if "(" in line or ")" in line:
         line = _plain_comments(line)
     if len(line) > MAX_LINE:
-        line = _shortened(line)
+        line = _REMARKS.sub(lambda hit: f"({hit[0][1:60].rstrip(')')})" if len(hit[0]) > 60 else hit[0], line)
     bare = line.lstrip(" \t")
     if not bare:
         return line
@@ -111,13 +112,6 @@ def _plain_comments(line: str) -> str:
                 out[k] = " "
             depth = max(0, depth - 1)
     return "".join(out) + (")" if depth else "")
-
-
-def _shortened(line: str) -> str:
-    """Comments that make a line too long are cut."""
-    return re.sub(
-        r"\([^()]*\)|;.*", lambda hit: f"({hit[0][1:60].rstrip(')')})" if len(hit[0]) > 60 else hit[0], line
-    )
 
 
 def without_header(lines: list[str]) -> list[str]:

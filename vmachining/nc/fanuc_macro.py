@@ -228,7 +228,9 @@ class MacroFlow:
                 loop = _DO.match(text, end)
                 if loop is None:
                     raise ExpressionError("WHILE [..] needs DO and a number", end)
-                return index + 1 if holds else self._end_of(index, int(loop[1]), stop) + 1
+                lines = range(index + 1, self._section(index, stop)[1])
+                missing = f"DO {int(loop[1])} has no END {int(loop[1])}"
+                return index + 1 if holds else self._partner(lines, int(loop[1]), 1, missing) + 1
             then = _THEN.match(text, end)
             end = then.end() if then else end
             if not holds:
@@ -242,7 +244,8 @@ class MacroFlow:
         if _DO.match(text, at):
             return index + 1
         if found := _END.match(text, at):
-            return self._begin_of(index, int(found[1]))
+            lines = range(index - 1, self._section(index, len(self.bare))[0] - 1, -1)
+            return self._partner(lines, int(found[1]), -1, f"END {int(found[1])} has no DO {int(found[1])}")
         return self._called(index, stop)
 
     def _is_alarm(self, index: int, text: str, at: int) -> bool:
@@ -295,14 +298,6 @@ class MacroFlow:
         if value != int(value) or value <= 0.0:
             raise NoValueError(f"GOTO {value:g}: the number of a line is expected")
         return self._line_of(index, int(value), stop)
-
-    def _end_of(self, index: int, label: int, stop: int) -> int:
-        lines = range(index + 1, self._section(index, stop)[1])
-        return self._partner(lines, label, 1, f"DO {label} has no END {label}")
-
-    def _begin_of(self, index: int, label: int) -> int:
-        lines = range(index - 1, self._section(index, len(self.bare))[0] - 1, -1)
-        return self._partner(lines, label, -1, f"END {label} has no DO {label}")
 
     def _partner(self, lines: range, label: int, way: int, missing: str) -> int:
         """The other end of a loop with this label, past those inside; way : 1 to its END, -1 to its DO."""
@@ -369,13 +364,14 @@ class MacroFlow:
             repeats, target = divmod(target, 10000)
             start = self._program(target)
         if start is None:
-            what = f"no program O{target} in this file or in one beside it"
-            own = code in MACROS and target in BUILDER
-            if own:
+            kind, what = (
+                "W383",
+                f"no program O{target} in this file or in one beside it: what it moves is not read",
+            )
+            if code in MACROS and target in BUILDER:
                 what = f"O{target}, a program of the builder of the machine, is not here: it is taken to move nothing"
-            else:
-                what += ": what it moves is not read"
-            self.report(Problem("W382" if own else "W383", word, what, MISSING.format(target)), index)
+                kind = "W382"
+            self.report(Problem(kind, word, what, MISSING.format(target)), index)
             return index + 1
         if repeats <= 0:
             return index + 1

@@ -67,7 +67,13 @@ def check_moves(
     if travel_mm is not None:
         out += beyond_travel(moves, *travel_mm)
     if blu_mm is not None and blu_mm > 0.0:
-        out += _between(moves, blu_mm)
+        off = [
+            m
+            for m in moves
+            if any(abs(v / blu_mm - round(v / blu_mm)) * blu_mm > NEAR for v in m.end_machine)
+        ]
+        what = f"{len(off)} targets are not multiples of {blu_mm:g} mm"
+        out += [finding("I374", first.line, first.n, what) for first in off[:1]]
     if stock_top_mm is not None:
         feeds = [move for move in moves if move.motion not in (Motion.RAPID, Motion.DWELL)]
         if feeds and min(min(move.start[2], move.end[2]) for move in feeds) >= stock_top_mm:
@@ -98,13 +104,6 @@ def _arc_box(move: Move) -> tuple[Point, Point]:
     shift = subtract(move.end_machine, move.end)
     low, high = ((float(x), float(y), float(z)) for x, y, z in path.bounds)
     return add(low, shift), add(high, shift)
-
-
-def _between(moves: Sequence[Move], blu: float) -> Iterable[Finding]:
-    off = [m for m in moves if any(abs(v / blu - round(v / blu)) * blu > NEAR for v in m.end_machine)]
-    if off:
-        what = f"{len(off)} targets are not multiples of {blu:g} mm"
-        yield finding("I374", off[0].line, off[0].n, what)
 
 
 _AXES = {plane.name: (plane.first, plane.second) for plane in PLANES.values()}

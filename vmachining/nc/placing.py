@@ -176,14 +176,12 @@ class Placing:
         end = self._tip(move.end, axis)
         if move.center is None:
             self._add(move, self.last, end, axis)
-            self.last = end
+        elif frame.plain and axis == UP:
+            self._add(move, self._tip(move.start, axis), end, axis, center=self._center(move))
+        else:
+            self._out_arc(move, axis, end)
             return
-        if frame.plain and axis == UP:
-            start = self._tip(move.start, axis)
-            self._add(move, start, end, axis, center=self._center(move))
-            self.last = end
-            return
-        self._out_arc(move, axis, end)
+        self.last = end
 
     def _out_arc(self, move: Move, axis: Point, end: Point) -> None:
         """An arc carried by the frame: in a main plane with the tool upright, else as circles about its normal."""

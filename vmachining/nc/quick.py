@@ -176,7 +176,6 @@ MOST_PATTERNS: Final = 256
 _FIELDS: Final = tuple(item.name for item in fields(State) if item.name not in ("sim", "machine"))
 _MODES: Final = attrgetter(*_FIELDS)
 _PLAIN: Final = frozenset({Motion.RAPID, Motion.LINEAR, Motion.DWELL})
-_make = tuple.__new__  # Move(...) itself takes twice as long
 
 
 class _Step(NamedTuple):
@@ -391,7 +390,9 @@ def _compiled(line: str, numbers: list[str], family: bool) -> tuple[Compiled, in
                     return None
                 words["G"] = "None"
             else:
-                words[item.letter] = _word(item, written, numbers)
+                node = item.expression or Expression("number", abs(item.value or 0.0))
+                sign = "-" if item.expression is None and "-" in item.text else ""
+                words[item.letter] = sign + _source(node, written, numbers)
     except (_LongWayError, StopIteration):
         return None
     if next(written, None) is not None or ("N" in words and line.lstrip(" \t")[:1] not in ("N", "n")):
@@ -399,15 +400,6 @@ def _compiled(line: str, numbers: list[str], family: bool) -> tuple[Compiled, in
     values = ", ".join(words.get(letter, "None") for letter in _LETTERS)
     made: Compiled = eval(f"lambda n, read, names: (({values}), ({''.join(writes)}))", _NAMES[family])
     return made, code
-
-
-def _word(word: Word, written: Iterator[int], numbers: list[str]) -> str:
-    """Source of the value of a word."""
-    if word.expression is not None:
-        return _source(word.expression, written, numbers)
-    assert word.value is not None
-    sign = "-" if "-" in word.text else ""
-    return sign + _source(Expression("number", abs(word.value)), written, numbers)
 
 
 def _source(node: Expression, written: Iterator[int], numbers: list[str]) -> str:

@@ -227,7 +227,6 @@ class _Rewriter:
         return [moves[k] for k in self.runs.get(line, ()) if moves[k].feed_mm_min is not None]
 
     def _line(self, line: int) -> list[str]:
-        """The new text of one line."""
         lexed = self.lexed[line - 1]
         if not self.first <= line <= self.last or (lexed.block_delete and self.deletes):
             return [lexed.text]
@@ -283,7 +282,6 @@ class _Rewriter:
         return change.text()
 
     def _restored(self, number: float) -> str:
-        """Text of an original feed."""
         if self.modal.was is not None and abs(self.modal.was - number) <= 1e-9 * number:
             return number_text(self.modal.was, 10)
         return _floor_text(number, RESTORED_DECIMALS)
@@ -296,11 +294,9 @@ class _Rewriter:
         cutting = self._cutting(edit.line)
         inverse = self.modes.feed == 93
         machine = any(w.letter == "G" and w.value == 53.0 for w in lexed.words)
-        if len(cutting) != len(moves) or _taps(cutting) or machine:
-            return None
-        if inverse and (len(moves) > 1 or feed_word is None):
-            return None
-        if not inverse and any(move.duration_s is not None for move in moves):
+        timed = any(move.duration_s is not None for move in moves)
+        fixed = (len(moves) > 1 or feed_word is None) if inverse else timed
+        if len(cutting) != len(moves) or _taps(cutting) or machine or fixed:
             return None
         self.edited = tuple(cutting)
         pieces = None

@@ -282,10 +282,7 @@ def _fractions(
 def _absolute(values: Floats, word: Word | None, decimals: int) -> list[str]:
     """Targets in G90; the last one verbatim where it was written."""
     texts = [number_text(v, decimals) for v in values[1:].tolist()]
-    if word is not None:
-        texts[-1] = word.text[1:]
-    else:
-        texts[-1] = number_text(values[-1], END_DECIMALS)
+    texts[-1] = number_text(values[-1], END_DECIMALS) if word is None else word.text[1:]
     return texts
 
 

@@ -37,6 +37,8 @@ import re
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate, groupby
+from operator import attrgetter
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from vmachining.nc.apt import unit_of_feeds
@@ -282,18 +284,15 @@ def _blocks(language: _Language, texts: Sequence[str], moves: Sequence[Move]) ->
     """Feed motions by line, in the order in which they run."""
     groups: list[tuple[int, set[float]]] = []
     kinds: list[tuple[float, bool]] = []
-    for move in moves:
-        if not groups or groups[-1][0] != move.line:
-            groups.append((move.line, set()))
-            kinds.append((abs(move.spindle_rpm), False))
-        if move.feed_mm_min is not None:
-            groups[-1][1].add(move.feed_mm_min)
-            kinds[-1] = kinds[-1][0], kinds[-1][1] or move.center is not None or move.circle is not None
-    highest, lowest = [0] * (len(groups) + 1), [len(texts) + 1] * (len(groups) + 1)
-    for k, (line, _) in enumerate(groups):
-        highest[k + 1] = max(highest[k], line)
-    for k in range(len(groups) - 1, -1, -1):
-        lowest[k] = min(lowest[k + 1], groups[k][0])
+    for line, same in groupby(moves, key=attrgetter("line")):
+        first, *_ = own = list(same)
+        feeding = [move for move in own if move.feed_mm_min is not None]
+        groups.append((line, {move.feed_mm_min or 0.0 for move in feeding}))
+        arc = any(move.center is not None or move.circle is not None for move in feeding)
+        kinds.append((abs(first.spindle_rpm), arc))
+    order = [line for line, _ in groups]
+    highest = list(accumulate(order, max, initial=0))
+    lowest = list(accumulate(order[::-1], min, initial=len(texts) + 1))[::-1]
     # lines with a rounding or chamfer up to each line: its arc has the feed of one of its neighbours
     corners, modal = [0], False
     for text in texts:
@@ -380,7 +379,6 @@ def _bare(text: str) -> str:
 
 
 def _with(language: _Language, text: str, number: str) -> str:
-    """The line with this F."""
     bare = _bare(text)
     if word := language.word.search(bare):
         return f"{bare[: word.start()]}F{number}{bare[word.end() :]}{text[len(bare) :]}"

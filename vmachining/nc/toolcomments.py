@@ -322,7 +322,10 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
     sized = _NAMED.sub("T0", sized, 1)  # the number of the tool is no whole part of a fraction after it
     dotted = _DOTTED.search(sized) if scale == 1.0 else None
     sized = sized if dotted is None else sized.replace(dotted[0], " ")
-    tip = _tip(kind, sized)
+    # the angle that stands before the name of a drill or chamfer mill, as in `| 90 SPOT DRILL |`
+    found_tip = _NAMING[0].search(sized) if kind in ("drill", "chamfer") else None
+    tip = value_of(found_tip[1]) if found_tip and "/" not in found_tip[1] else None
+    tip = tip if tip in ANGLES else None
     diameter = _first(_DIAMETER if tip else (*_DIAMETER, *_NAMING), sized, scale)
     flutes = _FLUTES.search(text)
     corner = _first(_CORNER[: 2 if kind or diameter else 1], text, scale)
@@ -343,12 +346,6 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
     size = size / 2.0 if size is not None and kind == "chamfer" and whole else size
     teeth = int(flutes[1]) or None if flutes else None
     return ToolNote(line, said, kind, diameter, corner, size, teeth, guess=guess)
-
-
-def _tip(kind: str | None, text: str) -> float | None:
-    """The angle that stands before the name of a drill or chamfer mill, as in `| 90 SPOT DRILL |`."""
-    found = _NAMING[0].search(text) if kind in ("drill", "chamfer") else None
-    return value_of(found[1]) if found and "/" not in found[1] and value_of(found[1]) in ANGLES else None
 
 
 def _beside(kind: str | None, text: str, scale: float) -> tuple[float, str] | None:

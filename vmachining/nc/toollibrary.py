@@ -128,15 +128,22 @@ def _bit(data: Mapping[str, Any], name: str) -> ToolNote:
     def size(*keys: str) -> float | None:
         return _number(next((sizes[key] for key in keys if key in sizes), None))
 
-    diameter, flutes = size("Diameter", "CuttingEdgeDiameter"), size("Flutes")
-    corner = size("TorusRadius", "FlatRadius", "CornerRadius")
-    kind = _kind(str(data.get("shape", "")))
-    angle = _number(sizes.get("TipAngle", sizes.get("CuttingEdgeAngle")))
-    if kind == "chamfer" and angle is not None:
-        angle /= 2.0
-    return ToolNote(
-        0, str(data.get("name") or name), kind, diameter, corner, angle, int(flutes) if flutes else None
+    diameter, corner = (
+        size("Diameter", "CuttingEdgeDiameter"),
+        size("TorusRadius", "FlatRadius", "CornerRadius"),
     )
+    angle = size("TipAngle", "CuttingEdgeAngle")
+    return _note(
+        str(data.get("name") or name), str(data.get("shape", "")), diameter, corner, angle, size("Flutes")
+    )
+
+
+def _note(label: str, kind: str, diameter: float | None, corner: float | None, angle: float | None,
+          flutes: float | None) -> ToolNote:  # fmt: skip
+    """angle : of the whole tip, degrees."""
+    found = _kind(kind)
+    angle = angle / 2.0 if found == "chamfer" and angle is not None else angle
+    return ToolNote(0, label, found, diameter, corner, angle, int(flutes) if flutes else None)
 
 
 def _freecad(path: Path) -> dict[int, ToolNote]:
@@ -185,15 +192,7 @@ def _table(text: str, name: str) -> dict[int, ToolNote]:
         if number is None:
             what = "a row without its number"
             raise ToolError(what, file=name, remedy="columns number, type, diameter_mm, ...")
-        kind = _kind(str(cells.get("type") or ""))
-        diameter, corner, flutes = (
-            _number(cells.get(key)) for key in ("diameter_mm", "corner_radius_mm", "flutes")
-        )
-        angle = _number(cells.get("tip_deg"))
-        if kind == "chamfer" and angle is not None:
-            angle /= 2.0
+        sizes = (_number(cells.get(key)) for key in ("diameter_mm", "corner_radius_mm", "tip_deg", "flutes"))
         label = str(cells.get("name") or cells.get("type") or name)
-        out.setdefault(
-            int(number), ToolNote(0, label, kind, diameter, corner, angle, int(flutes) if flutes else None)
-        )
+        out.setdefault(int(number), _note(label, str(cells.get("type") or ""), *sizes))
     return out

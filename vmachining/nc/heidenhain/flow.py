@@ -263,7 +263,6 @@ class Flow(Execution):
             self.q.local(kept[2])
 
     def execute(self, block: Block) -> None:
-        """One block."""
         text = block.text
         found = _SIMPLE.match(text)
         if found is not None and not text.startswith(("CALL", "CYCL")):
@@ -339,8 +338,7 @@ class Flow(Execution):
             return
         raise misread(text[:40])
 
-    def _do_pgm(self, text: str) -> None:
-        self._do_call(text)
+    _do_pgm = _do_call
 
     def _do_sel(self, text: str) -> None:
         if (found := re.match(r"SEL\s+PGM\s*(.+)", text)) is not None:

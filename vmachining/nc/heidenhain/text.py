@@ -262,20 +262,15 @@ def _block(words: list[tuple[str, str]], state: _State) -> list[str]:
     if special == 54:
         return ["CYCL DEF 7.0", *(f"CYCL DEF 7.{k} {step}{letter}{_signed(v)}" for k, (letter, v) in
                                   enumerate(((a, b) for a, b in words if a in "XYZABC"), 1))]  # fmt: skip
-    if special == 28:
-        return ["CYCL DEF 8.0", f"CYCL DEF 8.1 {' '.join(k for k, _ in words if k in 'XYZABC')}"]
-    if special == 73:
-        return ["CYCL DEF 10.0", f"CYCL DEF 10.1 {step}ROT{_signed(values.get('H', '0'))}"]
-    if special == 72:
-        return ["CYCL DEF 11.0", f"CYCL DEF 11.1 SCL{values.get('F', '0')}"]
-    if special == 4:
-        return ["CYCL DEF 9.0", f"CYCL DEF 9.1 DWELL {values.get('F', '')}"]
-    if special == 80:
-        return ["CYCL DEF 19.0", f"CYCL DEF 19.1 {axes('ABC', '')}"]
-    if special == 29:
-        return ["CC"]
-    if special == 38:
-        return ["STOP"]
+    old = {
+        28: (8, " ".join(k for k, _ in words if k in "XYZABC")), 73: (10, f"{step}ROT{_signed(values.get('H', '0'))}"),
+        72: (11, f"SCL{values.get('F', '0')}"), 4: (9, f"DWELL {values.get('F', '')}"), 80: (19, axes("ABC", "")),
+    }  # fmt: skip
+    if special in old:
+        number, rest = old[special]
+        return [f"CYCL DEF {number}.0", f"CYCL DEF {number}.1 {rest}"]
+    if special in (29, 38):
+        return ["CC" if special == 29 else "STOP"]
     if special is not None and special in _CYCLES:
         given = " ".join(f"{k}={v}" for k, v in words if k.startswith("Q"))
         return [f"CYCL DEF {special} {given}"]

@@ -10,10 +10,8 @@ from vmachining.nc.frames import center_from_radius
 from vmachining.nc.model import ArcError, PenError, Point, put, refused
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.sinumerik.modes import Modes
-from vmachining.nc.sinumerik.text import Word
+from vmachining.nc.sinumerik.text import AXES, ROTARY, Word
 
-AXES: Final = {"X": 0, "Y": 1, "Z": 2}
-ROTARY: Final = "ABC"
 _VALUE: Final = re.compile(r"(AC|IC|DC|ACP|ACN|CAC|CIC)[ ]*\((.*)\)$")
 
 
@@ -70,13 +68,8 @@ class Control(Modes):
         word = next((w for w in found if w.name == name and w.kind in ("word", "set")), None)
         if word is None:
             return None
-        text = word.value
-        if (hit := _VALUE.fullmatch(text)) is not None:
-            text = hit[2]
-        return self.number(text, word.text)
-
-    def _absolute(self, found: list[Word], name: str) -> bool:
-        return any(w.name == name and w.kind == "set" and w.value.startswith("AC") for w in found)
+        hit = _VALUE.fullmatch(word.value)
+        return self.number(word.value if hit is None else hit[2], word.text)
 
     def _move(self, gs: list[float], found: list[Word]) -> None:
         pen = self.pen
@@ -109,7 +102,8 @@ class Control(Modes):
                 if rotary:
                     pen.go({}, rapid=self.motion in (None, 0.0), rotary=rotary)
             return
-        if not target and not rotary and vector is None and not self._circular(found):
+        centred = any(w.name in ("I", "J", "K", "CR", "AR", "AP", "RP") for w in found)
+        if not (target or rotary or vector is not None or (centred and self.motion in (2.0, 3.0))):
             return
         if self.work == 500.0 and target:
             if self.first_work is not None:
@@ -210,10 +204,6 @@ class Control(Modes):
             raise PenError("E309", f"no line at ANG={angle:g} leads to that end", "ANG")
         target[other] = pen.at[other] + step * way[other] / way[one]
 
-    def _circular(self, found: list[Word]) -> bool:
-        centred = any(w.name in ("I", "J", "K", "CR", "AR", "AP", "RP") for w in found)
-        return centred and self.motion in (2.0, 3.0)
-
     def _arc(self, found: list[Word], target: dict[int, float], *, ccw: bool) -> None:
         pen = self.pen
         a, b = pen.plane.first, pen.plane.second
@@ -260,9 +250,10 @@ class Control(Modes):
         given = [self._get(found, letter) for letter in letters]
         if given == [None, None]:
             return None
+        absolute = {w.name for w in found if w.kind == "set" and w.value.startswith("AC")}
         out = [
             (value or 0.0) * pen.scale * (self.half(step=False) if letter == "I" else 1.0)
-            if self._absolute(found, letter)
+            if letter in absolute
             else origin + (value or 0.0) * pen.scale
             for letter, value, origin in zip(letters, given, start, strict=True)
         ]

@@ -61,19 +61,16 @@ class Flow(Execution):
         """What a name in a formula is worth."""
         if re.fullmatch(r"R\d{1,5}", name):
             return self.r.get(f"R{int(name[1:])}")
-        name = self._element(name)
-        found = self.variables.get(name)
-        if found is not None:
+        name, pen = self._element(name), self.pen
+        if (found := self.variables.get(name)) is not None:
             return found
-        pen = self.pen
         if name in _IDLE:
             return 0.0
-        known = {"$P_TOOLNO": float(pen.tool), "$P_GWPS": abs(pen.rpm)}
         if name in ("$P_TOOLR", "$TC_DP6", "$P_TOOLRAD"):
             return pen.radius() / pen.scale
         if (hit := re.fullmatch(r"\$(?:P_EP|AA_IW|AA_IM|P_GP)\[([XYZ])\]", name)) is not None:
             return pen.at["XYZ".index(hit[1])] / pen.scale
-        return known.get(name)
+        return {"$P_TOOLNO": float(pen.tool), "$P_GWPS": abs(pen.rpm)}.get(name)
 
     def _element(self, name: str) -> str:
         """NAME[R1+1] with the value of its index."""
@@ -161,8 +158,7 @@ class Flow(Execution):
         if found is None:
             self.block(text)
             return
-        head, rest = found[1], found[2]
-        getattr(self, f"_on_{head.lower()}")(rest, text)
+        getattr(self, f"_on_{found[1].lower()}")(found[2], text)
 
     def block(self, text: str) -> None:
         """A block that does not steer."""
@@ -268,10 +264,10 @@ class Flow(Execution):
         if not self._true(rest):
             self.at = start + 1
 
-    def _goto(self, rest: str, text: str) -> None:
+    def _on_goto(self, rest: str, text: str) -> None:
         self._go(text)
 
-    _on_goto = _on_gotof = _on_gotob = _on_gotoc = _goto
+    _on_gotof = _on_gotob = _on_gotoc = _on_goto
 
     def _on_gotos(self, rest: str, text: str) -> None:
         self.ended = True  # back to the start, for machines that load parts by themselves: read once
@@ -302,12 +298,8 @@ class Flow(Execution):
         found = [
             k for k, b in enumerate(self.blocks) if (b.n == int(number[1]) if number else b.label == name)
         ]
-        if backwards:
-            found = [k for k in found if k <= here][::-1]
-        elif backwards is False:
-            found = [k for k in found if k > here]
-        else:
-            found = [k for k in found if k > here] + [k for k in found if k <= here]
+        before, after = [k for k in found if k <= here], [k for k in found if k > here]
+        found = before[::-1] if backwards else after if backwards is False else after + before
         if not found:
             raise self.lost(PenError("E412", f"label {name} does not exist", name))
         return found[0]
@@ -365,10 +357,9 @@ class Flow(Execution):
     _on_ret = _on_m17
 
     def _on_proc(self, rest: str, text: str) -> None:
-        """Its parameters were bound by the call."""
+        """Its parameters were bound by the call; a subprogram says itself what it takes."""
 
-    def _on_extern(self, rest: str, text: str) -> None:
-        """The subprogram says itself what it takes."""
+    _on_extern = _on_proc
 
     def _on_def(self, rest: str, text: str) -> None:
         found = re.match(
@@ -385,9 +376,8 @@ class Flow(Execution):
                 continue  # its elements have no value before one is set
             if not re.fullmatch(r"[A-Z_][A-Z0-9_]*", name):
                 raise PenError("E109", f"'{part[:40]}' is not a variable that is supported", part[:40])
-            plain = equal and found[1] in ("REAL", "INT", "BOOL") and not value.startswith('"')
             self.variables[name] = 0.0
-            if plain:
+            if equal and found[1] in ("REAL", "INT", "BOOL") and not value.startswith('"'):
                 self.assign(name, value)
 
 

@@ -83,19 +83,16 @@ class Modes(Turning):
         found, left = words(rest)
         if left or not found or found[0].kind not in ("call", "key"):
             raise misread(rest[:40])
-        self.modal = (found[0].name, found[0].value)
-        self._check_cycle(found[0].name)
-        self._words(" ".join(w.text for w in found[1:])) if len(found) > 1 else None
-
-    def _check_cycle(self, name: str) -> None:
-        number = re.fullmatch(r"CYCLE(\d+)", name)
+        name, self.modal = found[0].name, ("", "")
         if name in BUILT:
-            self.modal = ("", "")
             raise PenError("E208", f"MCALL {name}: what its own position means at each point is not known", name,
                            "call it alone, with its position")  # fmt: skip
+        number = re.fullmatch(r"CYCLE(\d+)", name)
         if _MILLS.fullmatch(name) or (number is not None and int(number[1]) not in cycles.CYCLES):
-            self.modal = ("", "")
             raise _refused(name)
+        self.modal = name, found[0].value
+        if len(found) > 1:
+            self._words(" ".join(w.text for w in found[1:]))
 
     def _words(self, text: str) -> None:
         found, left = words(text)
