@@ -21,7 +21,7 @@ from vmachining.job.words import Refuse, first_refusal
 from vmachining.machine import Machine
 from vmachining.stock import BoxStock, CylinderStock
 from vmachining.textfile import parse_toml, read_text
-from vmachining.tomlplaces import dotted, key_positions, nearest, position_of, toml_refusal
+from vmachining.tomlplaces import KeyPath, dotted, key_positions, nearest, position_of, toml_refusal
 from vmachining.tool import Cutter, Tool, mapping_of_tool, tool_from_mapping
 
 MM_PER_INCH = 25.4
@@ -56,7 +56,7 @@ class Job:
     folder: Path
     machine: Machine | None
     source: Path | None
-    positions: dict[tuple[str | int, ...], tuple[int, int]]
+    positions: dict[KeyPath, tuple[int, int]]
 
     def __init__(
         self,
@@ -152,7 +152,7 @@ class Job:
 
     def with_chord(self, chord_mm: float) -> Job:
         """The same job with another [accuracy] chord_mm. Raises JobError where that is not a length."""
-        if not (math.isfinite(chord_mm) and 0.0 < chord_mm <= MOST):
+        if not 0.0 < chord_mm <= MOST:
             raise JobError(f"chord {chord_mm:g} mm: a length above zero is expected")
         return self._accurate(chord_mm=float(chord_mm))
 
@@ -171,7 +171,7 @@ class Job:
         """The same job with other rays of the dexel engine. Raises JobError where they cannot be."""
         given: dict[str, Any] = {}
         if spacing_mm is not None:
-            if not (math.isfinite(spacing_mm) and 0.0 < spacing_mm <= MOST):
+            if not 0.0 < spacing_mm <= MOST:
                 raise JobError(f"spacing {spacing_mm:g} mm: a length above zero is expected")
             given["spacing_mm"] = float(spacing_mm)
         if directions is not None:
@@ -192,9 +192,9 @@ class Job:
         data: dict[str, Any],
         folder: Path,
         source: Path | None,
-        positions: dict[tuple[str | int, ...], tuple[int, int]],
+        positions: dict[KeyPath, tuple[int, int]],
     ) -> Job:
-        def refuse(message: str, path: tuple[str | int, ...], remedy: str | None = None) -> JobError:
+        def refuse(message: str, path: KeyPath, remedy: str | None = None) -> JobError:
             line, col = position_of(path, positions) or (None, None)
             return JobError(message, file=source, line=line, col=col, remedy=remedy)
 
@@ -213,11 +213,8 @@ class Job:
             name = getattr(getattr(keys, path[0]), path[1], None)
             if name is not None and not (folder / name).is_file():
                 what = "is a directory" if (folder / name).is_dir() else "no such file"
-                raise refuse(
-                    f"{path[1]} = {name!r}: {what} in {folder.resolve()}",
-                    path,
-                    "file names are relative to the job file",
-                )
+                what = f"{path[1]} = {name!r}: {what} in {folder.resolve()}"
+                raise refuse(what, path, "file names are relative to the job file")
         return job
 
     def __repr__(self) -> str:
@@ -281,11 +278,8 @@ class Job:
     @property
     def work_offsets(self) -> dict[str, tuple[float, float, float]]:
         """Machine coordinates of the zeros, mm, by name."""
-        given = self.keys.program.work_offsets
-        return {
-            name.upper(): (self.scale * x, self.scale * y, self.scale * z)
-            for name, (x, y, z) in given.items()
-        }
+        scale, given = self.scale, self.keys.program.work_offsets
+        return {name.upper(): (scale * x, scale * y, scale * z) for name, (x, y, z) in given.items()}
 
     @property
     def home(self) -> tuple[float, float, float]:
@@ -318,7 +312,7 @@ def _table(key: str, value: Any) -> Any:
     return dict(value) if isinstance(value, Mapping) else value
 
 
-def _refuse_huge(value: Any, path: tuple[str | int, ...], refuse: Refuse) -> None:
+def _refuse_huge(value: Any, path: KeyPath, refuse: Refuse) -> None:
     """Numbers that no job means, such as 1e99: a slip of the pen that would be computed with for hours."""
     if isinstance(value, Mapping):
         for key, inner in value.items():
@@ -327,9 +321,8 @@ def _refuse_huge(value: Any, path: tuple[str | int, ...], refuse: Refuse) -> Non
         for index, inner in enumerate(value):
             _refuse_huge(inner, (*path, index), refuse)
     elif isinstance(value, int | float) and not isinstance(value, bool) and MOST < abs(value) < math.inf:
-        raise refuse(
-            f"{dotted(path)} = {value:g} is out of range", path, f"numbers of a job lie within {MOST:g}"
-        )
+        what = f"{dotted(path)} = {value:g} is out of range"
+        raise refuse(what, path, f"numbers of a job lie within {MOST:g}")
 
 
 def _machine(keys: JobFile, folder: Path, refuse: Refuse) -> tuple[JobFile, Machine | None]:
@@ -349,23 +342,16 @@ def _tools(keys: JobFile, refuse: Refuse) -> dict[int, Tool]:
     scale = MM_PER_INCH if keys.units == "inch" else 1.0
     tools: dict[int, Tool] = {}
     for index, mapping in enumerate(keys.tools):
-        path: tuple[str | int, ...] = ("tools", index)
-        for key in mapping:
-            if key not in TOOL_KEYS:
-                close = nearest(key, TOOL_KEYS)
-                raise refuse(
-                    f"unknown key {key!r} under [[tools]]",
-                    (*path, key),
-                    f"did you mean {close!r}?" if close else None,
-                )
+        path: KeyPath = ("tools", index)
+        if odd := [key for key in mapping if key not in TOOL_KEYS]:
+            close = nearest(odd[0], TOOL_KEYS)
+            meant = f"did you mean {close!r}?" if close else None
+            raise refuse(f"unknown key {odd[0]!r} under [[tools]]", (*path, odd[0]), meant)
         number = mapping.get("number")
         if isinstance(number, bool) or not isinstance(number, int) or number < 1:
             shown = f" = {number!r}" if "number" in mapping else " is missing"
-            raise refuse(
-                f"number{shown}: every tool needs a whole number from 1",
-                (*path, "number"),
-                "add number = 1, as in the program's T1",
-            )
+            what = f"number{shown}: every tool needs a whole number from 1"
+            raise refuse(what, (*path, "number"), "add number = 1, as in the program's T1")
         if number in tools:
             raise refuse(f"tool {number} is given twice", (*path, "number"), "give each its own number")
         try:

@@ -96,11 +96,9 @@ class Noted(InProcess):
 
     def __init__(self, engine: Engine, shares: int, own: Sequence[int], known: Path | None = None) -> None:
         super().__init__(engine, shares, own)
-        self._own = list(own)
+        self._own, self._names = list(own), list[str | None]([None])
         self._numbers = [array("d") for _ in own]
-        self._proven = [bytearray() for _ in own]
-        self._names: list[str | None] = [None]
-        self._named = [bytearray() for _ in own]
+        self._proven, self._named = [bytearray() for _ in own], [bytearray() for _ in own]
         self._notes: list[dict[str, str]] = [{} for _ in own]
         if known is not None:
             self._continue(known, shares)
@@ -141,16 +139,18 @@ class Noted(InProcess):
             with opened(folder / ANSWERS, "part") as saved:
                 state = saved.state
                 for k, share in enumerate(self._own):
-                    self._numbers[k] = array(
-                        "d", np.ascontiguousarray(saved.arrays[f"numbers{share}"]).tobytes()
+                    numbers, proven, named = (
+                        saved.arrays[f"{n}{share}"].tobytes() for n in ("numbers", "proven", "named")
                     )
-                    self._proven[k] = bytearray(saved.arrays[f"proven{share}"].tobytes())
-                    self._named[k] = bytearray(saved.arrays[f"named{share}"].tobytes())
+                    self._numbers[k], self._proven[k], self._named[k] = (
+                        array("d", numbers),
+                        bytearray(proven),
+                        bytearray(named),
+                    )
             self._names, self._notes = list(state["names"]), [dict(notes) for notes in state["notes"]]
-            files = [folder / f"{share}.npz" for share in self._own]
             self._engines = [
-                kind.load(file, share=Share(share, shares)) if shares > 1 else kind.load(file)
-                for share, file in zip(self._own, files, strict=True)
+                kind.load(folder / f"{k}.npz", **({"share": Share(k, shares)} if shares > 1 else {}))
+                for k in self._own
             ]
 
 
@@ -179,10 +179,8 @@ class Replayed:
                     (folder / f"{share}.npz").rename(Path(self._folder.name) / f"{share}.npz")
         counts = {len(answers.numbers) for answers in self._shares.values()}
         if len(counts) != 1 or sorted(self._shares) != list(range(len(self._shares))):
-            raise InputError(
-                f"the parts answered {sorted(counts)} orders with shares {sorted(self._shares)}",
-                remedy="make all parts again",
-            )
+            what = f"the parts answered {sorted(counts)} orders with shares {sorted(self._shares)}"
+            raise InputError(what, remedy="make all parts again")
         (self._orders,) = counts
 
     def _answer(self) -> Later:
@@ -194,9 +192,8 @@ class Replayed:
         return lambda: found
 
     def _another(self, orders: str) -> EngineError:
-        return EngineError(
-            f"the parts answered {self._orders} orders, and this run gives {orders}", engine=self.engine
-        )
+        what = f"the parts answered {self._orders} orders, and this run gives {orders}"
+        return EngineError(what, engine=self.engine)
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
         return self._answer()
@@ -271,20 +268,14 @@ def read_parts(folders: Sequence[Path]) -> Parts:
             )
         part = parse_part(text)
         if other := other_origin(manifest["versions"]):
-            raise InputError(
-                f"part {part} was made with {other}", file=folder,
-                remedy="make all parts, and merge them, with one version",
-            )  # fmt: skip
+            remedy = "make all parts, and merge them, with one version"
+            raise InputError(f"part {part} was made with {other}", file=folder, remedy=remedy)
         if not manifest.get("part_complete"):
-            raise InputError(
-                f"part {part} is not complete", file=folder,
-                remedy=f"vmachining run {manifest.get('job_file')} --part {part} --out {folder} --resume",
-            )  # fmt: skip
+            remedy = f"vmachining run {manifest.get('job_file')} --part {part} --out {folder} --resume"
+            raise InputError(f"part {part} is not complete", file=folder, remedy=remedy)
         if part.number in found:
-            raise InputError(
-                f"part {part} is there twice: {found[part.number][0]} and {folder}",
-                remedy="give each part once",
-            )
+            twice = f"{found[part.number][0]} and {folder}"
+            raise InputError(f"part {part} is there twice: {twice}", remedy="give each part once")
         if found:
             _refuse_other(*next(iter(found.values())), folder, manifest, part)
         found[part.number] = folder, manifest
@@ -297,10 +288,10 @@ def read_parts(folders: Sequence[Path]) -> Parts:
     count = part.of
     if missing := [str(k) for k in range(1, count + 1) if k not in found]:
         shown = ", ".join(missing[:10]) + (f" and {len(missing) - 10} more" if len(missing) > 10 else "")
-        raise InputError(
-            f"part{'s' if len(missing) > 1 else ''} {shown} of {count} {'are' if len(missing) > 1 else 'is'} missing",
-            remedy=f"vmachining run {manifest.get('job_file')} --part {missing[0]}/{count}",
-        )
+        several = len(missing) > 1
+        remedy = f"vmachining run {manifest.get('job_file')} --part {missing[0]}/{count}"
+        what = f"part{'s' * several} {shown} of {count} {'are' if several else 'is'} missing"
+        raise InputError(what, remedy=remedy)
     return Parts(next(iter(found.values()))[1], cut, contact)
 
 
@@ -310,24 +301,16 @@ def _refuse_other(
     """Refuse a part of another run than the first one."""
     before = parse_part(one["options"]["part"])
     if before.of != part.of:
-        raise InputError(
-            f"holds part {part}, and {first} part {before}",
-            file=folder,
-            remedy="merge parts of one division",
-        )
+        what = f"holds part {part}, and {first} part {before}"
+        raise InputError(what, file=folder, remedy="merge parts of one division")
     for role, entry in one["inputs"].items():
         if other["inputs"].get(role, {}).get("sha256") != entry["sha256"]:
-            raise InputError(
-                f"part {part} was made of another {role} than {first}",
-                file=folder,
-                remedy="make it again",
-            )
+            what = f"part {part} was made of another {role} than {first}"
+            raise InputError(what, file=folder, remedy="make it again")
     changed = [
         name for name in one["options"].keys() | other["options"].keys()
         if name not in ("part", "workers") and one["options"].get(name) != other["options"].get(name)
     ]  # fmt: skip
     if changed:
-        raise InputError(
-            f"part {part} was made with another {', '.join(sorted(changed))} than {first}", file=folder,
-            remedy="make all parts with the same options",
-        )  # fmt: skip
+        what = f"part {part} was made with another {', '.join(sorted(changed))} than {first}"
+        raise InputError(what, file=folder, remedy="make all parts with the same options")

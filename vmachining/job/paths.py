@@ -24,7 +24,7 @@ from vmachining.arrays import Bools, Floats
 from vmachining.errors import KinematicsError, NCError, SweepError
 from vmachining.geometry import Arc, Line, arc_between
 from vmachining.machine import Machine, Peaks, linear_peaks, peak_accelerations, peak_times, tcp_block_peaks
-from vmachining.nc import Motion, Move, Point, Program, decode_program, lex_line, split_lines
+from vmachining.nc import Motion, Move, Program, decode_program, lex_line, split_lines
 from vmachining.sweep import Pose, Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -47,8 +47,10 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
     Raises NCError: An arc without a usable centre or with a leaning tool; rotary words without a machine that has such joints; a
         tool axis that is reversed.
     """
-    if move.circle is not None:
-        return _leaning_arc(move, move.circle)
+    if move.circle is not None:  # an arc in a tilted plane, less than a turn
+        center, normal, start, end = (np.array(point) for point in (*move.circle, move.start, move.end))
+        angle = _swept(start, end, center, normal)
+        return _about(start, end, np.array(move.axis_end or UP), center, normal, angle)
     if move.axis_end is None and move.rotary_deg is None and _is_plain(machine):
         return _arc(move) if move.motion in ARCS else Line(move.start, move.end)
     try:
@@ -66,19 +68,15 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
 def move_paths(moves: Sequence[Move], machine: Machine | None = None) -> tuple[CutterPath, ...]:
     """`move_path` of every move; straight ones of an upright tool are made together."""
     plain = _is_plain(machine)
-    straight = [plain and _is_line(move) for move in moves]
-    way = np.array([(move.start, move.end) for move, is_line in zip(moves, straight, strict=True) if is_line])
+    # X Y Z alone say where they go, and they go straight
+    straight = [
+        plain and m.circle is None and m.axis_end is None and m.rotary_deg is None and m.motion not in ARCS
+        for m in moves
+    ]
+    pairs = list(zip(moves, straight, strict=True))
+    way = np.array([(move.start, move.end) for move, is_line in pairs if is_line])
     lines = Line.many(*way.reshape(-1, 2, 3).swapaxes(0, 1))
-    return tuple(
-        next(lines) if is_line else move_path(move, machine)
-        for move, is_line in zip(moves, straight, strict=True)
-    )
-
-
-def _is_line(move: Move) -> bool:
-    """Whether X Y Z alone say where it goes, and it goes straight."""
-    no_more = move.circle is None and move.axis_end is None and move.rotary_deg is None
-    return no_more and move.motion not in ARCS
+    return tuple(next(lines) if is_line else move_path(move, machine) for move, is_line in pairs)
 
 
 def lengths(paths: Sequence[CutterPath]) -> Floats:
@@ -127,32 +125,18 @@ def _placed_arc(move: Move, machine: Machine | None, turn: Turn) -> Arc | Turn:
     arc, moved = _arc(move), np.zeros((2, 3))
     center, normal = np.array(arc.center), np.eye(3)[NORMAL[move.plane]]
     if not turn.is_steady:
-        raise NCError(
-            "an arc while the tool axis turns cannot be simulated", line=move.line, remedy="use short lines"
-        )
+        what = "an arc while the tool axis turns cannot be simulated"
+        raise NCError(what, line=move.line, remedy="use short lines")
     if move.axis_end is None:  # where the table carries the centre, and a place above it
         for k, place in enumerate((center, center + normal)):
             x, y, z = place.tolist()
             moved[k] = _turn(move._replace(start=(x, y, z), end=(x, y, z)), machine).start
         center, normal = moved[0], moved[1] - moved[0]
     if turn.is_upright and abs(normal[2]) > 1.0 - STILL:
-        return Arc(
-            turn.start,
-            center,
-            2,
-            angle=np.copysign(arc.angle, arc.angle * normal[2]),
-            rise=turn.end[2] - turn.start[2],
-        )
-    return _about(
-        turn.start, turn.end, turn.axis(0.0), center, np.copysign(1.0, arc.angle) * normal, abs(arc.angle)
-    )
-
-
-def _leaning_arc(move: Move, circle: tuple[Point, Point]) -> Turn:
-    """An arc in a tilted plane, less than a turn."""
-    center, normal, start, end = (np.array(point) for point in (*circle, move.start, move.end))
-    angle = _swept(start, end, center, normal)
-    return _about(start, end, np.array(move.axis_end or UP), center, normal, angle)
+        angle = np.copysign(arc.angle, arc.angle * normal[2])
+        return Arc(turn.start, center, 2, angle=angle, rise=turn.end[2] - turn.start[2])
+    normal = np.copysign(1.0, arc.angle) * normal
+    return _about(turn.start, turn.end, turn.axis(0.0), center, normal, abs(arc.angle))
 
 
 def _swept(start: Floats, end: Floats, center: Floats, normal: Floats) -> float:
@@ -173,10 +157,9 @@ def _joints(move: Move, machine: Machine | None) -> tuple[Floats, Floats, Machin
     angles = move.rotary_deg or {}
     if machine is None or not machine.rotary:
         words = " ".join(letter.upper() for letter in angles)
+        remedy = 'name it in the job: chain = "ac-table" or file = "machine.toml" under [machine]'
         raise NCError(
-            f"rotary words ({words}) without a machine that has such axes",
-            line=move.line,
-            remedy='name it in the job: chain = "ac-table" or file = "machine.toml" under [machine]',
+            f"rotary words ({words}) without a machine that has such axes", line=move.line, remedy=remedy
         )
     chain = _tip_centred(machine) if move.tcp else machine
     x, y, z = move.start
@@ -221,12 +204,9 @@ def settled(program: Program, machine: Machine | None) -> Program:
         lines = lines or list(split_lines(decode_program(program.data, program.name)))
         letters = {word.letter for word in lex_line(lines[move.line - 1]).words}
         if move.motion is not Motion.RAPID or not letters >= {"X", "Y", "Z"}:
-            raise NCError(
-                "tool-centre-point control was switched while the rotary axes are turned",
-                file=program.name,
-                line=move.line,
-                remedy="continue with a rapid that names X, Y and Z",
-            )
+            what = "tool-centre-point control was switched while the rotary axes are turned"
+            remedy = "continue with a rapid that names X, Y and Z"
+            raise NCError(what, file=program.name, line=move.line, remedy=remedy)
         start = tip
         if not move.tcp:
             assert machine is not None
@@ -246,15 +226,9 @@ def _arc(move: Move) -> Arc:
     center = list(move.start)
     for axis, value in zip(IN_PLANE[move.plane], move.center, strict=True):
         center[axis] = value
+    ccw = move.motion is Motion.ARC_CCW
     try:
-        return arc_between(
-            move.start,
-            move.end,
-            center,
-            NORMAL[move.plane],
-            ccw=move.motion is Motion.ARC_CCW,
-            turns=move.turns,
-        )
+        return arc_between(move.start, move.end, center, NORMAL[move.plane], ccw=ccw, turns=move.turns)
     except ValueError as exc:
         raise NCError(str(exc), line=move.line) from exc
 
@@ -321,9 +295,8 @@ def joint_demands(moves: Sequence[Move], machine: Machine | None, lengths: Float
         out.slides[k, j] = peaks.first[:, :, own[0]].max(axis=1) if own else 0.0
     parts = Peaks(*(v.reshape(-1, v.shape[2]) for v in (peaks.first, peaks.second)))
     out.piece_seconds[k] = peak_times(machine, parts).reshape(-1, PIECES)
-    out.piece_accelerations[k] = peak_accelerations(machine, parts, np.repeat(lengths[k], PIECES)).reshape(
-        -1, PIECES
-    )
+    pushes = peak_accelerations(machine, parts, np.repeat(lengths[k], PIECES))
+    out.piece_accelerations[k] = pushes.reshape(-1, PIECES)
     out.seconds[k] = out.piece_seconds[k].max(axis=1)
     out.accelerations[k] = out.piece_accelerations[k].min(axis=1)
     return out
@@ -392,13 +365,8 @@ def _curvature(move: Move, machine: Machine | None, length: float) -> Floats:
     along, across, rise, angle = _arc_rates(move)
     slides = _peaks(along, across, rise, angle)[1]
     if machine is not None and machine.rotary and move.rotary_deg is not None:
-        found = dict(
-            zip(
-                (machine.axes[i].name.upper() for i in machine.slides),
-                _arc_peaks(move, machine)[1],
-                strict=True,
-            )
-        )
+        names = (machine.axes[i].name.upper() for i in machine.slides)
+        found = dict(zip(names, _arc_peaks(move, machine)[1], strict=True))
         slides = np.array([found.get(name, 0.0) for name in "XYZ"])
     return np.append(slides, abs(angle) * np.linalg.norm(along)) / length**2
 
@@ -442,10 +410,8 @@ def joint_directions(
         if lengths[k] > 0.0:
             out[k, 3:] = change / lengths[k]
             if not (move.tcp or is_arc(move)):
-                own = {chain.axes[i].name.upper(): i for i in chain.slides}
-                out[k, :3] = [
-                    (last - first)[own[name]] / lengths[k] if name in own else 0.0 for name in "XYZ"
-                ]
+                own = {chain.axes[i].name.upper(): (last - first)[i] for i in chain.slides}
+                out[k, :3] = [own.get(name, 0.0) / lengths[k] for name in "XYZ"]
         elif (most := float(np.abs(change).max())) > STILL:
             still[k], out[k, 3:] = most, change / most
     limit = np.full(out.shape[1], np.inf)

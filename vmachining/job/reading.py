@@ -70,13 +70,10 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
 
 def refuse_turning(program: Program) -> None:
     """NCError for a program of a lathe, whose path is read and whose material nothing here removes."""
-    found = next((item for item in program.findings if item.code == "W380"), None)
-    if found is not None:
-        raise NCError(
-            "a program for turning: its path can be drawn, by vmachining nc plot; turning removes no material here",
-            file=program.name,
-            remedy='where it is a program for a mill: lathe = "mill" under [program.control], or --control lathe=mill',
-        )
+    if any(item.code == "W380" for item in program.findings):
+        what = "a program for turning: its path can be drawn, by vmachining nc plot; turning removes no material here"
+        remedy = 'where it is a program for a mill: lathe = "mill" under [program.control], or --control lathe=mill'
+        raise NCError(what, file=program.name, remedy=remedy)
 
 
 def refuse_unread(program: Program) -> None:
@@ -121,23 +118,18 @@ def _refuse_axes(program: Program, job: Job) -> None:
     if job.machine is not None:
         return
     # words of the program, or angles of a table of poses
-    words = [
-        (f.word[0].upper(), f.line, f.col, f.word) for f in program.errors if f.code == "E209" and f.word
-    ]
-    words = [word for word in words if word[0] in "ABC"]
-    for move in program.moves:
-        if move.rotary_deg is not None:
-            words += [(letter.upper(), move.line, 1, "") for letter in move.rotary_deg]
-            break
+    odd = [f for f in program.errors if f.code == "E209" and f.word and f.word[0].upper() in "ABC"]
+    words = [(f.word[0].upper(), f.line, f.col, f.word) for f in odd]
+    if (turned := next((move for move in program.moves if move.rotary_deg is not None), None)) is not None:
+        words += [(letter.upper(), turned.line, 1, "") for letter in turned.rotary_deg or ()]
     letters = "".join(sorted({word[0] for word in words}))
     if letters:
         known, (_, line, col, word) = with_axes(letters), min(words, key=lambda word: word[1:])
+        what = f"the program turns {' and '.join(letters)}, but the job names no machine that has"
+        others = f"another with these axes: {', '.join(known[1:])}; or file, a machine file"
         raise NCError(
-            f"the program turns {' and '.join(letters)}, but the job names no machine that has "
-            f"{'them' if len(letters) > 1 else 'it'}",
-            file=program.name, line=line, col=col, word=word or None,
-            remedy=f'add [machine] with chain = "{known[0]}" or another with these axes: {", ".join(known[1:])}; '
-            "or file, a machine file",
+            f"{what} {'them' if len(letters) > 1 else 'it'}", file=program.name, line=line, col=col, word=word or None,
+            remedy=f'add [machine] with chain = "{known[0]}" or {others}',
         )  # fmt: skip
 
 
@@ -145,9 +137,6 @@ def refuse_unknown_tools(program: Program, tools: Container[int], known: str) ->
     """NCError for the first cut with a tool that the job does not have; `known` lists those it has."""
     for move in program.moves:
         if move.motion not in IDLE and move.tool not in tools:
-            raise NCError(
-                f"cuts with tool {move.tool}, which is not in the tool table (it has {known})",
-                file=program.name,
-                line=move.line,
-                remedy=f"add a [[tools]] table with number = {move.tool}, or correct the T word",
-            )
+            what = f"cuts with tool {move.tool}, which is not in the tool table (it has {known})"
+            remedy = f"add a [[tools]] table with number = {move.tool}, or correct the T word"
+            raise NCError(what, file=program.name, line=move.line, remedy=remedy)

@@ -83,11 +83,7 @@ def raw_stock(job: Job) -> Stock:
     path = job.stock_path
     assert path is not None  # the model needs exactly one of four
     try:
-        if keys.stl is not None:
-            mesh = read_mesh(path, scale=scale)
-            _refuse_overlap(mesh, path)
-            return mesh
-        return step_stock(path, chord)
+        return step_stock(path, chord) if keys.stl is None else _whole_mesh(path, scale)
     except StockError as exc:
         remedy = exc.remedy or "is it the right file? export the stock again, as one closed solid"
         raise StockError(exc.message, file=exc.file, remedy=remedy) from exc
@@ -113,9 +109,7 @@ def design_mesh(job: Job) -> MeshStock | None:
         return None
     try:
         if keys.stl is not None:
-            mesh = read_mesh(path, scale=job.scale)
-            _refuse_overlap(mesh, path)
-            return mesh
+            return _whole_mesh(path, job.scale)
         from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
 
         solid = read_step(path, job.keys.accuracy.chord_mm)
@@ -126,12 +120,13 @@ def design_mesh(job: Job) -> MeshStock | None:
         raise StockError(f"design: {message}", file=exc.file, remedy=remedy) from exc
 
 
-def _refuse_overlap(stock: MeshStock, path: Path) -> None:
-    """A closed surface that passes through itself counts some space twice, and every volume with it.
+def _whole_mesh(path: Path, scale: float) -> MeshStock:
+    """The facets of an STL. A closed surface that passes through itself counts some space twice, and every volume with it.
 
     Seen from above, a solid is entered and left in turn. Rays through random points (fixed seed) count
     how often they are inside; no boolean is asked, because each kernel repairs such input in its own way.
     """
+    stock = read_mesh(path, scale=scale)
     corners = stock.corners
     lo, hi = corners.min(axis=1), corners.max(axis=1)
     low, high = stock.bounds
@@ -147,11 +142,9 @@ def _refuse_overlap(stock: MeshStock, path: Path) -> None:
         # solids that touch swap exit and entry at one height: only intervals of a length count
         real = inside[:-1][np.diff(height[order]) > LENGTH_EPS_MM]
         if len(real) and (real.max() > 1 or real.min() < 0):
-            raise StockError(
-                f"the surface passes through itself, or solids overlap, at x {x:.4g} y {y:.4g} mm",
-                file=path,
-                remedy="join the solids into one and export it again",
-            )
+            what = f"the surface passes through itself, or solids overlap, at x {x:.4g} y {y:.4g} mm"
+            raise StockError(what, file=path, remedy="join the solids into one and export it again")
+    return stock
 
 
 def check_formats(text: str) -> tuple[str, ...]:
@@ -160,9 +153,8 @@ def check_formats(text: str) -> tuple[str, ...]:
     Raises InputError: A format this version does not write.
     """
     formats = tuple(part.strip().lower() for part in text.split(",") if part.strip())
-    for name in formats:
-        if name not in STOCK_FORMATS:
-            raise InputError(f"unknown stock format {name!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
+    if unknown := [name for name in formats if name not in STOCK_FORMATS]:
+        raise InputError(f"unknown stock format {unknown[0]!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
     return formats
 
 
@@ -174,16 +166,18 @@ def write_stock(mesh: Triangles, path: Path, block: Ints | None = None) -> float
 
     block : (m,) that cut each triangle, -1 of the raw stock: its colour in the file, see `block_colors`; None: no colours.
     """
-    rounded, ulp = (_decimal, 0.0) if path.suffix == ".3mf" else (_single, 2.0**-24)
-    vertices, triangles, source = twofold(*mesh, rounded, ulp)
+    if path.suffix == ".3mf":
+        vertices, triangles, source = twofold(*mesh, lambda points: np.round(points, DECIMALS), 0.0)
+    else:
+        vertices, triangles, source = twofold(
+            *mesh, lambda p: p.astype(np.float32).astype(np.float64), 2.0**-24
+        )
     owner = None if block is None else block[source]
     with atomic_path(path) as temporary:
-        if path.suffix == ".stl":
-            temporary.write_bytes(_stl(vertices, triangles, owner))
-        elif path.suffix == ".glb":
-            temporary.write_bytes(_glb(vertices, triangles, owner))
-        else:
+        if path.suffix == ".3mf":
             _write_3mf(temporary, vertices, triangles, owner)
+        else:
+            temporary.write_bytes((_stl if path.suffix == ".stl" else _glb)(vertices, triangles, owner))
     return Triangles(vertices, triangles).volume
 
 
@@ -193,14 +187,6 @@ def block_colors(block: Ints) -> Ints:
     tint = np.clip(np.abs(np.mod(hue[:, None] * 6.0 + [0.0, 4.0, 2.0], 6.0) - 3.0) - 1.0, 0.0, 1.0)
     rgb = np.where(block[:, None] < 0, 0.72, 0.35 + 0.55 * tint)
     return np.rint(255.0 * rgb).astype(np.int64)
-
-
-def _single(points: Floats) -> Floats:
-    return points.astype(np.float32).astype(np.float64)
-
-
-def _decimal(points: Floats) -> Floats:
-    return np.round(points, DECIMALS)
 
 
 def _stl(vertices: Floats, triangles: Ints, block: Ints | None = None) -> bytes:
@@ -254,20 +240,16 @@ def _write_3mf(path: Path, vertices: Floats, triangles: Ints, block: Ints | None
     colors, paint = "", [""] * len(triangles)
     if block is not None:
         blocks, which = np.unique(block, return_inverse=True)
-        rows = "".join(
-            f'<m:color color="#{r:02X}{g:02X}{b:02X}"/>\n' for r, g, b in block_colors(blocks).tolist()
-        )
+        hues = (f"{r:02X}{g:02X}{b:02X}" for r, g, b in block_colors(blocks).tolist())
+        rows = "".join(f'<m:color color="#{hue}"/>\n' for hue in hues)
         colors = f'<m:colorgroup id="2">\n{rows}</m:colorgroup>'
         paint = [f' pid="2" p1="{k}"' for k in which.reshape(-1).tolist()]
     faces = "".join(
         f'<triangle v1="{a}" v2="{b}" v3="{c}"{color}/>\n'
         for (a, b, c), color in zip(triangles.tolist(), paint, strict=True)
     )
-    parts = {
-        "[Content_Types].xml": CONTENT_TYPES,
-        "_rels/.rels": RELATIONSHIPS,
-        "3D/3dmodel.model": MODEL.format(vertices=points, triangles=faces, colors=colors),
-    }
+    model = MODEL.format(vertices=points, triangles=faces, colors=colors)
+    parts = {"[Content_Types].xml": CONTENT_TYPES, "_rels/.rels": RELATIONSHIPS, "3D/3dmodel.model": model}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as package:
         for name, text in parts.items():
             package.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)

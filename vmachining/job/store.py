@@ -54,11 +54,9 @@ def refuse_other_options(
         if name not in FREE and before.get(name) != after.get(name)
     ]
     if changes:
-        raise JobError(
-            f"the {'finished' if ended else 'interrupted'} run had other options: {', '.join(changes)}",
-            file=file,
-            remedy="continue with the old ones, choose another --out, or run again without --resume, which replaces it",
-        )
+        what = f"the {'finished' if ended else 'interrupted'} run had other options: {', '.join(changes)}"
+        remedy = "continue with the old ones, choose another --out, or run again without --resume, which replaces it"
+        raise JobError(what, file=file, remedy=remedy)
 
 
 def _shown(options: Mapping[str, Any], name: str) -> str:
@@ -91,9 +89,8 @@ def continued(place: ResultFolder, old: Mapping[str, Any], new: dict[str, Any]) 
         parts = dict.fromkeys(part for text in brep for part in text.split("+"))
         options["brep"] = "all" if "all" in parts else "+".join(parts) or "none"
         options["contact"] = max(before.get("contact", "all"), options["contact"], key=CONTACTS.index)
-        options["stages"] = [
-            name for name in PARTS if name in {*before.get("stages", PARTS), *options["stages"]}
-        ]
+        stages = {*before.get("stages", PARTS), *options["stages"]}
+        options["stages"] = [name for name in PARTS if name in stages]
         options |= {name: before[name] for name in ("stock", "stock_at") if name in before}
         new["stages"] = old["stages"]
     if "csv" in before:  # of an interrupted run, too: no option takes it back
@@ -125,14 +122,9 @@ def changed_inputs(job: Job, manifest: Mapping[str, Any]) -> list[str]:
     for role, entry in inputs.items():  # a program may call others, in files that only its last run knows
         if role.startswith("subprogram"):
             here[role] = Path(entry["file"])
-    changed = [
-        role
-        for role in dict.fromkeys((*inputs, *here))
-        if role not in inputs
-        or role not in here
-        or not here[role].is_file()
-        or sha256(here[role]) != inputs[role]["sha256"]
-    ]
+    same = {role for role in here if role in inputs and here[role].is_file()}
+    same = {role for role in same if sha256(here[role]) == inputs[role]["sha256"]}
+    changed = [role for role in dict.fromkeys((*inputs, *here)) if role not in same]
     return [f"the {role} file {here[role] if role in here else inputs[role]['file']}" for role in changed]
 
 
@@ -160,11 +152,7 @@ def finished(job: Job, folder: Path, wanted: Mapping[str, Any] | None = None) ->
     if not all((folder / name).is_file() for name in manifest.get("outputs", ())):
         return None
     options, accuracy = manifest.get("options", {}), job.keys.accuracy
-    own: dict[str, Any] = {
-        "chord_mm": accuracy.chord_mm,
-        "width": accuracy.width,
-        "width_mm3": accuracy.width_mm3,
-    }
+    own = {name: getattr(accuracy, name) for name in ("chord_mm", "width", "width_mm3")}
     after = {**options, **own, **(wanted or {})}
     refuse_other_options(options, after, folder, ended=True)
     if _in_addition(options, after):
@@ -204,11 +192,8 @@ def keep_stages(place: ResultFolder, source: Path) -> None:
         return
     names = [*(entry["file"] for entry in points.values()), *WORKING]
     place.manifest["stages"] = points
-    with (
-        place.making(STAGES),
-        atomic_path(place.path / STAGES) as temporary,
-        ZipFile(temporary, "w") as archive,
-    ):
+    target = place.path / STAGES
+    with place.making(STAGES), atomic_path(target) as temporary, ZipFile(temporary, "w") as archive:
         for name in names:
             if (source / name).is_file():
                 packs = not name.endswith(".npz")  # checkpoints are packed where it pays
@@ -227,16 +212,13 @@ def _reopen(place: ResultFolder, manifest: Mapping[str, Any]) -> None:
         with ZipFile(archive) as packed:
             names = packed.namelist()
             if strange := [name for name in names if name not in WORKING and not PATTERN.fullmatch(name)]:
-                raise JobError(
-                    f"holds {strange[0]!r}, which no run writes",
-                    file=archive,
-                    remedy="run again without --resume",
-                )
+                what = f"holds {strange[0]!r}, which no run writes"
+                raise JobError(what, file=archive, remedy="run again without --resume")
             with place.making(*names):
                 for name in names:
                     with (
-                        packed.open(name) as source,
                         atomic_path(place.path / name) as target,
+                        packed.open(name) as source,
                         target.open("wb") as sink,
                     ):
                         shutil.copyfileobj(source, sink)

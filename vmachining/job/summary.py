@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vmachining.errors import JobError
 from vmachining.job.brep import JUDGED
@@ -19,9 +19,6 @@ from vmachining.machine import described
 from vmachining.nc import Program
 from vmachining.stock import BoxStock, StepStock, Stock
 from vmachining.textfile import read_text
-
-if TYPE_CHECKING:
-    import polars as pl
 
 NO_BREP = {"asked": 0, **dict.fromkeys(JUDGED, 0)}
 
@@ -73,7 +70,17 @@ def run_summary(
     if result.stock.name != "dexel" and options.get("spacing_mm") is not None:
         summary["notes"].append(SPACING_UNUSED)
     if result.stock.name == "columns":
-        summary |= _widths(rows, options)
+        wide, asked, floor = (
+            rows["removed_hi_mm3"] - rows["removed_lo_mm3"],
+            options["width"],
+            options["width_mm3"],
+        )
+        by_columns = rows["engine"] == "columns"
+        missed = by_columns & (wide > floor) & (wide > asked * (1.0 + 1e-9) * rows["removed_mm3"])
+        summary |= {
+            "width": asked, "width_mm3": floor, "wider_blocks": int(missed.sum()),
+            "blocks_by_mesh": int((~by_columns).sum()),
+        }  # fmt: skip
         if chord_given and summary["blocks_by_mesh"] == 0 and isinstance(stock, BoxStock):
             summary["notes"].append(CHORD_UNUSED)
     if isinstance(stock, StepStock):
@@ -83,32 +90,16 @@ def run_summary(
         summary["schedule"] = {
             "strategy": report.strategy, "reference": report.reference, "unit": report.unit,
             "reference_from": report.reference_from, "largest_block_mm3_min": report.largest_block_mm3_min,
+            "passed": [{"block": p.block, "line": p.line, "load": p.load, "share": p.share} for p in report.passed],
         }  # fmt: skip
-        summary["schedule"]["passed"] = [
-            {"block": p.block, "line": p.line, "load": p.load, "share": p.share} for p in report.passed
-        ]
-        told = [report.note] if report.note is not None else []
-        if report.passed:
-            told.append(kept_words(report.passed, report.unit))
-        if told:
+        kept = kept_words(report.passed, report.unit) if report.passed else None
+        if told := [text for text in (report.note, kept) if text is not None]:
             summary["schedule"]["note"] = "; ".join(told)
         if report.strategy == "volume":
             summary["schedule"]["reference_mm3_min"] = report.reference
     if result.job.machine is not None:
         summary["machine"] = described(result.job.machine)
     return summary
-
-
-def _widths(rows: pl.DataFrame, options: Mapping[str, Any]) -> dict[str, Any]:
-    """What was asked of columns, how many blocks are wider, and how many the mesh engine cut."""
-    wide = rows["removed_hi_mm3"] - rows["removed_lo_mm3"]
-    asked, floor = options["width"], options["width_mm3"]
-    by_columns = rows["engine"] == "columns"
-    missed = by_columns & (wide > floor) & (wide > asked * (1.0 + 1e-9) * rows["removed_mm3"])
-    return {
-        "width": asked, "width_mm3": floor, "wider_blocks": int(missed.sum()),
-        "blocks_by_mesh": int((~by_columns).sum()),
-    }  # fmt: skip
 
 
 def slack_of(stock: Stock) -> float:
@@ -121,9 +112,8 @@ def guesses(job: Job) -> list[str]:
     source = job.inputs.get("job")
     if source is None:
         return []
-    found = re.findall(
-        r"^(?![ \t]*#)(.*?)[ ]+# GUESS: (.*)$", read_text(source, "job file", JobError), re.MULTILINE
-    )
+    text = read_text(source, "job file", JobError)
+    found = re.findall(r"^(?![ \t]*#)(.*?)[ ]+# GUESS: (.*)$", text, re.MULTILINE)
     return [f"{line.strip()}: {why}" for line, why in found]
 
 
