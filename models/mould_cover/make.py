@@ -9,7 +9,7 @@ from math import radians, sqrt, tan
 from pathlib import Path
 
 from benchmarks.modelfiles import write_model
-from vmachining.job.part import read_part
+from vmachining.job.stock import read_part
 from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import Surface, raster
 

@@ -7,7 +7,7 @@ import pytest
 
 import vmachining as vm
 from benchmarks.mould import BALL, HEIGHT, SLOT_DEPTH, TOP, blocks, body, vectors_mould_small, write_job
-from vmachining.job.part import read_part
+from vmachining.job.stock import read_part
 
 
 def test_the_body_and_the_path() -> None:

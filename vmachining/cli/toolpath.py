@@ -15,7 +15,7 @@ from vmachining.cli.options import three
 from vmachining.cli.screen import emit, told
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
-from vmachining.job.part import read_part
+from vmachining.job.stock import read_part
 from vmachining.machine import load
 from vmachining.stock import MeshStock
 from vmachining.textfile import number_rows

@@ -18,9 +18,9 @@
 | `brep.py`, `audit.py`, `verdicts.py` | `--brep`: which blocks, and what other engines say of them |
 | `schedule.py`, `strategies.py`, `verified.py` | feeds: plan, compare, rewrite, verify |
 | `table.py`, `files.py`, `folder.py`, `result.py`, `summary.py`, `total.py` | `COLUMNS`, the files of a result, their manifest |
-| `alone.py`, `single.py` | `blocks_alone`: single blocks to any width, without a run; `swept_volume` of one sweep |
+| `single.py` | `blocks_alone`: single blocks to any width, without a run; `swept_volume` of one sweep |
 | `batch/` | many jobs over processes or a cluster |
-| `starter.py`, `starter_reading.py`, `asked.py` | a job file from a program; what is asked for and given in words |
+| `starter.py`, `asked.py` | a job file from a program; what is asked for and given in words |
 
 Conventions: stock, home and all columns are in work coordinates. Rapids remove 0 by definition; one that meets
 material warns with the volume. A block's time holds its dwells. `removed_lo_mm3` and `removed_hi_mm3` of the summary
@@ -55,12 +55,11 @@ from vmachining.job.table import COLUMNS
 from vmachining.job.toolpath import Block, group_blocks
 
 if TYPE_CHECKING:
-    from vmachining.job.alone import SingleBlock, blocks_alone
-    from vmachining.job.single import swept_volume
+    from vmachining.job.single import SingleBlock, blocks_alone, swept_volume
     from vmachining.job.starter import Draft, draft_job
 
 _LATER = {
-    "SingleBlock": "alone", "blocks_alone": "alone", "swept_volume": "single",
+    "SingleBlock": "single", "blocks_alone": "single", "swept_volume": "single",
     "Draft": "starter", "draft_job": "starter",
 }  # fmt: skip
 

@@ -1,16 +1,21 @@
-"""What a program does not say of its tools: words of `--tool`, libraries beside it, drafts that nobody has edited yet."""
+"""What a program does not say of its tools: words of `--tool`, libraries beside it, drafts that nobody has edited yet; and a
+program that is read to be drafted, in its dialect, with the tools that comments, libraries and the user tell."""
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from zlib import crc32
 
 from vmachining.errors import InputError, VMachiningError
-from vmachining.nc.toolcomments import INCH, NUMBER, ToolNote, value_of
+from vmachining.job.jobfile import MM_PER_INCH
+from vmachining.job.reading import IDLE
+from vmachining.nc import Program, ToolEntry, is_g_code, lex_line, parse_program
+from vmachining.nc.toolcomments import INCH, NUMBER, ToolNote, cutter_notes, tool_notes, value_of
 from vmachining.nc.toollibrary import read_tool_library
 from vmachining.textfile import MAX_TEXT
 
@@ -125,3 +130,111 @@ def made_with(path: Path) -> list[str] | None:
         return shlex.split((hit[1] or "").removeprefix(" with"))
     except ValueError:
         return None
+
+
+CONTOUR_MM = 1e-3
+"""Diameter assumed for a tool whose diameter is not given, where nothing else is known of the path."""
+
+HOME_ABOVE_MM = 50.0
+_TOOL_CALL = re.compile(r"TOOL CALL[ \t]+(?=\d)", re.IGNORECASE)
+_CALLED = re.compile(r"[ \t]*\d*[ \t]*TOOL CALL[ \t]+(\d{1,6})\b", re.IGNORECASE)
+
+
+def _wrong(program: Program) -> int:
+    """Errors but for what only tools or the end of the file lack."""
+    return sum(found.code != "E351" for found in program.errors)
+
+
+def read_with_tools(
+    data: bytes, path: Path, lines: Sequence[str], dialect: str | None, options: dict[str, Any],
+    library: Path | None, own: dict[int, ToolNote],
+) -> tuple[Program, dict[int, ToolNote], str]:  # fmt: skip
+    """The program in its dialect, read with its tools, from the home that the job will name; and its crc_entry."""
+    best = parse_program(data, str(path), dialect=dialect or "auto", **options)
+    if dialect is None and best.dialect in ("iso", "fanuc") and _wrong(best):
+        other = parse_program(data, str(path), dialect="mts", **options)
+        best = other if _wrong(other) == 0 else best
+    called = _called(lines, best.dialect) | set(best.declared.tools)
+    numbers = sorted({move.tool or 1 for move in best.moves} | called)
+    scale = MM_PER_INCH if unit_said(best, lines) == "inch" else 1.0
+    if not is_g_code(best.dialect) and best.dialect != "apt":
+        lines = [_TOOL_CALL.sub("T", line) for line in lines]
+    notes = cutter_notes(lines, scale) if best.dialect == "apt" else tool_notes(lines, numbers, scale)
+    for number, name in best.declared.names.items():
+        if number not in notes:
+            notes |= tool_notes([f"(T{number} {name})"], [number], 1.0)
+    for number, radius in best.declared.radii.items():
+        if number not in notes and radius > 0.0:
+            notes[number] = ToolNote(1, "the program gives the radius", None, 2.0 * radius, None, None)
+    for number, told in (read_tool_library(library, scale) if library is not None else {}).items():
+        _over(notes, number, told)
+    silent = [n for n in numbers if n not in own and (n not in notes or notes[n].diameter_mm is None)]
+    beside = libraries_beside(path, scale)[0] if silent and library is None else {}
+    named = ((file.name, found) for file, found in beside.items())
+    knowing = [one for one in named if any(one[1][n].diameter_mm for n in silent if n in one[1])]
+    for name, found in knowing if len(knowing) == 1 else ():  # of several nobody knows which is meant
+        for number in set(silent) & set(found):
+            _over(notes, number, found[number]._replace(place=name))
+    for number in set(own) & set(numbers):
+        _over(notes, number, own[number])
+    table = {
+        n: ToolEntry(n, (note and note.diameter_mm) or math.nan, 0.0, flutes=(note and note.flutes) or 0)
+        for n in numbers for note in [notes.get(n)]
+    }  # fmt: skip
+    # a round level above everything, mm: where the tool starts and G28 returns to
+    heights = [float(move.start[2]) for move in best.moves[1:]]
+    heights += [float(move.end[2]) for move in best.moves if move.motion not in IDLE]
+    step = MM_PER_INCH if unit_said(best, lines) == "inch" else 10.0
+    level = math.ceil(max(100.0, max(heights, default=0.0) + HOME_ABOVE_MM) / step - 1e-9) * step
+    home = 0.0, 0.0, level
+    given = {**options, "tools": table, "home": home, "dialect": best.dialect}
+    again = parse_program(data, str(path), **given)
+    if again.declared.unit == "" and best.declared.unit:
+        given["units"] = best.declared.unit
+        again = parse_program(data, str(path), **given)
+    if _wrong(again) < len(again.errors) and all(move.motion in IDLE for move in again.moves):
+        # all that cuts is beside a radius that nobody tells: what follows is drafted about the contour
+        given["tools"] = {
+            k: tool._replace(diameter_mm=CONTOUR_MM) if math.isnan(tool.diameter_mm) else tool
+            for k, tool in table.items()
+        }
+        again = parse_program(data, str(path), **given)
+    if any(found.code in ("E353", "E355") for found in again.errors) and again.dialect in ("iso", "mts"):
+        other = parse_program(data, str(path), **given, crc_entry="next")
+        if _wrong(other) < _wrong(again):
+            return other, notes, "next"
+    return again, notes, "prev"
+
+
+def _over(notes: dict[int, ToolNote], number: int, told: ToolNote) -> None:
+    """A later source of a tool stands over an earlier one; a shape that comes with its size stands alone."""
+    old = notes.get(number)
+    if old is not None and told.kind is not None and told.diameter_mm is not None and told.text == GIVEN:
+        old = old._replace(corner_mm=None, angle_deg=None)
+    said = {key: value for key, value in told._asdict().items() if value is not None and key != "line"}
+    if told.diameter_mm is not None:
+        said["guess"] = None
+    notes[number] = old._replace(**said) if old is not None else told
+
+
+def _called(lines: Sequence[str], dialect: str) -> set[int]:
+    """Numbers of T words, so that tools of offsets (G43 H, D) are in the table as well."""
+    if not is_g_code(dialect):
+        return {1} | {int(found[1]) for line in lines if (found := _CALLED.match(line))}
+    words = (word for line in lines if "T" in line.upper() for word in lex_line(line).words)
+    return {int(word.value) for word in words if word.letter == "T" and word.value and word.value >= 1.0}
+
+
+def unit_said(program: Program, lines: Sequence[str]) -> str:
+    """mm, inch, or "" where the program does not say."""
+    if program.declared.unit:
+        return program.declared.unit
+    if program.dialect == "poses":
+        return "mm"
+    for line in lines:
+        if "2" not in line:
+            continue
+        for word in lex_line(line).words:
+            if word.letter == "G" and word.value in (20.0, 21.0):
+                return "inch" if word.value == 20.0 else "mm"
+    return ""

@@ -38,10 +38,6 @@ Found: TypeAlias = Callable[[], list[str]]
 """Warnings, once somebody asks for them."""
 
 
-def nothing() -> list[str]:
-    return []
-
-
 class Contacts:
     """Contact checks of one workpiece.
 
@@ -57,36 +53,17 @@ class Contacts:
     def rapid(self, tool: ToolParts, path: CutterPath) -> Found:
         """Warnings of a rapid: what each part of the tool would remove."""
         parts = (("tool", tool.cutter), ("shank", tool.shank), ("holder", tool.holder))
-        checks = self._checks(parts, path)
-
-        def found() -> list[str]:
-            texts = [
-                f"{name} would remove {taken.estimate:.4g} mm3"
-                for name, volume in checks
-                if (taken := volume()).lo > 0.0
-            ]
-            return [f"rapid through material: {', '.join(texts)}"] if texts else []
-
-        return found if checks else nothing
+        checks = self._checks(parts, path, "{} would remove {:.4g} mm3")
+        return lambda: [f"rapid through material: {', '.join(texts)}"] if (texts := checks()) else []
 
     def cutting(self, tool: ToolParts, path: CutterPath) -> Found:
         """Warnings of a cutting move, asked after its cutter has cut."""
-        checks = self._checks((("shank", tool.shank), ("holder", tool.holder)), path)
+        parts = (("shank", tool.shank), ("holder", tool.holder))
+        return self._checks(parts, path, "{} touches the stock: {:.4g} mm3")
 
-        def found() -> list[str]:
-            return [
-                f"{name} touches the stock: {taken.estimate:.4g} mm3"
-                for name, volume in checks
-                if (taken := volume()).lo > 0.0
-            ]
-
-        return found if checks else nothing
-
-    def _checks(
-        self, parts: Sequence[tuple[str, Profile | None]], path: CutterPath
-    ) -> list[tuple[str, Later]]:
-        """Orders for the parts whose box meets the stock."""
-        ordered = []
+    def _checks(self, parts: Sequence[tuple[str, Profile | None]], path: CutterPath, words: str) -> Found:
+        """Orders for the parts whose box meets the stock; what is found of them, in words with a name and mm^3."""
+        ordered: list[tuple[str, Later]] = []
         for name, profile in parts:
             if profile is None:
                 continue
@@ -99,4 +76,6 @@ class Contacts:
                 continue
             within = TURNING_CHORD_MM if isinstance(path, Turn) else None
             ordered.append((name, self._executor.touch(profile, path, within)))
-        return ordered
+        return lambda: [
+            words.format(name, taken.estimate) for name, volume in ordered if (taken := volume()).lo > 0.0
+        ]

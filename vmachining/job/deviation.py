@@ -8,7 +8,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.protocol import Engine
-from vmachining.job.files import atomic_path
+from vmachining.job.files import atomic_path, write_table
 from vmachining.job.folder import ResultFolder
 from vmachining.job.jobfile import Job
 from vmachining.job.stock import design_mesh
@@ -35,11 +35,9 @@ def deviation_tables(job: Job, engine: Engine, place: ResultFolder) -> dict[str,
         found = engine.deviation(design.tolerance_mm)
         columns = found.columns(design.tolerance_mm)
         told = found.summary | {
-            "pitch_mm": engine.pitch,
-            "spacing_mm": engine.spacing,
-            "theta_v_deg": engine.theta_v_deg,
+            "pitch_mm": engine.pitch, "spacing_mm": engine.spacing, "theta_v_deg": engine.theta_v_deg,
             "mode": engine.settings.mode,
-        }
+        }  # fmt: skip
     else:
         return None
     import polars as pl
@@ -47,15 +45,12 @@ def deviation_tables(job: Job, engine: Engine, place: ResultFolder) -> dict[str,
     text = {"kind": pl.String, "state": pl.String, "block": pl.Int64, "facet": pl.Int64}
     frame = pl.DataFrame(columns, schema={name: text.get(name, pl.Float64) for name in columns})
     with place.making("deviation.csv", "deviation.parquet"):
-        with atomic_path(place.path / "deviation.parquet") as temporary:
-            frame.write_parquet(temporary)
+        write_table(frame, place.path / "deviation.parquet")
         with atomic_path(place.path / "deviation.csv") as temporary:
             frame.write_csv(temporary, float_precision=DIGITS)
     return {
         "deviation": told,
-        "max_overcut_mm": told["max_overcut_mm"],
-        "max_undercut_mm": told["max_undercut_mm"],
-        "within_tolerance": told["within_tolerance"],
+        **{name: told[name] for name in ("max_overcut_mm", "max_undercut_mm", "within_tolerance")},
     }
 
 
@@ -105,10 +100,8 @@ def ends_against(
 
 def _outward(part: MeshStock, points: Floats) -> Floats:
     """(n, 3) unit directions in which the distance to the part grows."""
-    slopes = [
-        part.signed_distance(points + step) - part.signed_distance(points - step)
-        for step in STEP_MM * np.eye(3)
-    ]
+    steps = STEP_MM * np.eye(3)
+    slopes = [part.signed_distance(points + step) - part.signed_distance(points - step) for step in steps]
     out = np.column_stack(slopes) if len(points) else np.zeros((0, 3))
     size = np.linalg.norm(out, axis=1, keepdims=True)
     return np.asarray(np.divide(out, size, out=np.zeros_like(out), where=size > 0.0))

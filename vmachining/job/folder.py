@@ -16,7 +16,7 @@ import os
 import re
 import sys
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -168,19 +168,12 @@ class ResultFolder:
 
     def earlier(self) -> dict[str, Any] | None:
         """The manifest that lies there, None if none exists, it is of another kind, or it is damaged."""
-        try:
+        with suppress(JobError, ValidationError):
             manifest = read_manifest(self.path, self._manifest)
-        except JobError:
-            return None
-        if manifest is None:
-            return None
-        if manifest.get("kind") != self._kind:
-            return None
-        try:
-            (_Run if self._kind == RUN else _Made).model_validate(manifest)
-        except ValidationError:
-            return None
-        return manifest
+            if manifest is not None and manifest.get("kind") == self._kind:
+                (_Run if self._kind == RUN else _Made).model_validate(manifest)
+                return manifest
+        return None
 
     def refuse_foreign(self, inputs: Mapping[str, Path], same: Collection[str] = ()) -> None:
         """Refuse a directory where a file of ours would take the place of somebody's.
@@ -194,19 +187,16 @@ class ResultFolder:
         roles = {identity(path): role for role, path in inputs.items()}
         for path in (path for path in self._taken() if path.name not in same):
             role = roles.get(identity(path))
+            taken = "and results have a file of that name"
             if role is not None:
                 raise InputError(
-                    f"is the {role} of this job, and results have a file of that name",
-                    file=path,
-                    remedy="choose another --out",
+                    f"is the {role} of this job, {taken}", file=path, remedy="choose another --out"
                 )
             if not is_made(path, made):
                 changed = made.get(path.name) is not None and path.is_file() and not path.is_symlink()
                 what = "was changed since it was made" if changed else "was not made by this command"
                 raise InputError(
-                    f"{what}, and results have a file of that name",
-                    file=path,
-                    remedy="move it away, or choose another --out",
+                    f"{what}, {taken}", file=path, remedy="move it away, or choose another --out"
                 )
 
     def _taken(self) -> Iterator[Path]:
@@ -283,11 +273,8 @@ def usable(checkpoint: Path) -> Iterator[Path]:
     try:
         yield checkpoint
     except EngineError as exc:
-        raise JobError(
-            f"the checkpoint cannot be used: {exc.reason}",
-            file=checkpoint,
-            remedy="run again without --resume",
-        ) from exc
+        what = f"the checkpoint cannot be used: {exc.reason}"
+        raise JobError(what, file=checkpoint, remedy="run again without --resume") from exc
 
 
 def refuse_target(path: Path, inputs: Mapping[str, Path], mark: bytes) -> None:
@@ -306,11 +293,8 @@ def refuse_target(path: Path, inputs: Mapping[str, Path], mark: bytes) -> None:
         with path.open("rb") as file:
             if mark in file.read(1024):
                 return
-    raise InputError(
-        "exists and was not made by this command",
-        file=path,
-        remedy="move it away, or choose another name",
-    )
+    remedy = "move it away, or choose another name"
+    raise InputError("exists and was not made by this command", file=path, remedy=remedy)
 
 
 def _locked(path: Path, flags: int) -> int:
@@ -353,15 +337,14 @@ class FolderLock:
         try:
             self._descriptor = _locked(self.path, os.O_RDONLY)
         except BlockingIOError as exc:
-            raise InputError(
-                f"another vmachining writes into this directory{self._holder()}",
-                file=self.path,
-                remedy="wait for it, stop it, or choose another --out",
-            ) from exc
+            what, remedy = (
+                "another vmachining writes into this directory",
+                "wait for it, stop it, or choose another --out",
+            )
+            raise InputError(f"{what}{self._holder()}", file=self.path, remedy=remedy) from exc
         except OSError as exc:
-            raise InputError(
-                f"cannot be locked: {exc.strerror or exc}", file=self.path, remedy="choose another --out"
-            ) from exc
+            what = f"cannot be locked: {exc.strerror or exc}"
+            raise InputError(what, file=self.path, remedy="choose another --out") from exc
 
     def _holder(self) -> str:
         try:

@@ -33,10 +33,8 @@ class Mill:
         Raises KinematicsError, JobError: No such preset or file, an unknown key, a value out of range.
         """
         if not isinstance(name_or_file, Path) and not name_or_file.lower().endswith(".toml"):
-            known = load(str(name_or_file))
-            return cls(
-                str(name_or_file), known if known.rotary else None, MachineKeys(chain=str(name_or_file))
-            )
+            name, known = str(name_or_file), load(str(name_or_file))
+            return cls(name, known if known.rotary else None, MachineKeys(chain=name))
         path = Path(name_or_file)
         chain, legs, table = read_parts(path)
         try:
@@ -73,19 +71,13 @@ class Mill:
             }  # fmt: skip
             return cls(named.name, named.chain, MachineKeys(**given), named.legs)
         if keys.options and keys.chain in (None, "xyz"):
-            raise KinematicsError(
-                "options belong to a chain that turns", remedy='give chain = "ac-table", or leave them out'
-            )
+            remedy = 'give chain = "ac-table", or leave them out'
+            raise KinematicsError("options belong to a chain that turns", remedy=remedy)
         chain = None if keys.chain in (None, "xyz") else preset(str(keys.chain), **(keys.options or {}))
         return cls(str(keys.chain or name), chain, keys)
 
 
 def limits_of(keys: MachineKeys) -> MachineLimits:
-    given = keys.model_dump(
-        exclude={"chain", "options", "file", "feed_override_percent", "rapid_override_percent"}
-    )
-    return MachineLimits(
-        **given,
-        feed_override=keys.feed_override_percent / 100.0,
-        rapid_override=keys.rapid_override_percent / 100.0,
-    )
+    given = keys.model_dump(exclude={"chain", "options", "file"})
+    feed, rapid = (given.pop(f"{kind}_override_percent") / 100.0 for kind in ("feed", "rapid"))
+    return MachineLimits(**given, feed_override=feed, rapid_override=rapid)

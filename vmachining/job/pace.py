@@ -119,11 +119,8 @@ class _Lines:
                     named = [value for letter, value in words if letter == "T" and value is not None]
                     tool = (named[-1] if named else tool[0], tool[1])
                     # a tool that is in the spindle is not changed
-                    events[number, :3] = (
-                        6.0 in m and (tool[0] is None or tool[0] != tool[1]),
-                        60.0 in m,
-                        not m.isdisjoint((0.0, 1.0)),
-                    )
+                    changes = 6.0 in m and (tool[0] is None or tool[0] != tool[1])
+                    events[number, :3] = changes, 60.0 in m, not m.isdisjoint((0.0, 1.0))
                     if 6.0 in m:
                         tool = (tool[0], tool[0])
                     if turning and not m.isdisjoint((2.0, 5.0, 6.0, 30.0)):

@@ -18,7 +18,7 @@ from vmachining.htmltable import facts_html, table_html
 from vmachining.interval import Interval
 from vmachining.job.brep import blank, refuse_beyond, write_step
 from vmachining.job.engage import EdgeKind, Method, Scene
-from vmachining.job.files import STAGES, TABLES, Scratch, between, make_folder, write_json
+from vmachining.job.files import STAGES, TABLES, Scratch, between, make_folder, read_table, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
 from vmachining.job.record import Spent, refuse_other_job
@@ -105,17 +105,12 @@ class RunResult:
     @property
     def blocks(self) -> pl.DataFrame:
         """One row per NC block that moves; see `COLUMNS`."""
-        import polars as pl
-
-        return pl.read_parquet(self.folder / "blocks.parquet")
+        return read_table(self.folder / "blocks.parquet")
 
     @property
     def scheduled_blocks(self) -> pl.DataFrame | None:
         """The same of the rewritten program, None without [feed]."""
-        import polars as pl
-
-        path = self.folder / "scheduled_blocks.parquet"
-        return pl.read_parquet(path) if self.schedule is not None else None
+        return read_table(self.folder / "scheduled_blocks.parquet") if self.schedule is not None else None
 
     @property
     def surface(self) -> StockSurface:
@@ -239,14 +234,10 @@ class RunResult:
             self.account()  # the report takes time and memory, too
             write_json(folder / "summary.json", self.summary)
         outputs = [name for name in (*tables, *wanted) if (folder / name).is_file()]
-        made = [*outputs]
         keep_stages(place, self.folder)
-        if STAGES in place.manifest["files"]:
-            made.append(STAGES)
-        options = {
-            **place.manifest["options"], "stock": list(formats),
-            "stock_at": [block for block in steps.values() if block is not None],
-        }  # fmt: skip
+        made = [*outputs, *(name for name in (STAGES,) if name in place.manifest["files"])]
+        after = [block for block in steps.values() if block is not None]
+        options = {**place.manifest["options"], "stock": list(formats), "stock_at": after}
         place.forget(keep=made)  # what an earlier run had more, rows and checkpoints of this one
         place.manifest |= {
             "complete": True, "ended": now(), "options": options, "checkpoints": {}, "outputs": outputs,
@@ -283,8 +274,7 @@ def result_html(result: RunResult) -> str:
     if s["brep"]["asked"]:
         facts.append(("B-rep", ", ".join(f"{count} {word}" for word, count in s["brep"].items())))
     facts.append(("warnings", str(s["warnings"])))
-    head = result.blocks.select(HEAD).head(ROWS)
-    rows = list(head.iter_rows())
+    rows = result.blocks.select(HEAD).head(ROWS).rows()
     left = s["blocks"] - len(rows)
     more = f"<p>and {left} more: <code>.blocks</code></p>" if left > 0 else ""
     return facts_html(f"{result.job.name}: {s['blocks']} blocks", facts) + table_html(HEAD, rows) + more

@@ -1,4 +1,5 @@
-"""The volume of one sweep, without any stock; and a sweep as JSON: tool, start, end, and how the tool axis turns between them."""
+"""The volume of one sweep, without any stock; a sweep as JSON: tool, start, end, and how the tool axis turns between them; and
+single blocks of a job: what each removes, to any width, in any order, without a run."""
 
 from __future__ import annotations
 
@@ -6,20 +7,29 @@ import json
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.engines.alone import Alone
 from vmachining.engines.brep.occt.tolerances import MISS_MM
 from vmachining.engines.mesh import solid
+from vmachining.engines.protocol import Options
 from vmachining.errors import EngineError, InputError, SweepError, ToolError
 from vmachining.interval import Interval
 from vmachining.job.brep import note_of
+from vmachining.job.contact import ToolParts
 from vmachining.job.files import atomic_path
+from vmachining.job.jobfile import Job
+from vmachining.job.reading import read_job_program, refuse_unknown_tools
+from vmachining.job.stock import raw_stock
+from vmachining.job.summary import slack_of
+from vmachining.job.toolpath import Block, Toolpath
 from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.sweep.flux import FluxVolume
 from vmachining.sweep.motion import GOOD
@@ -300,3 +310,90 @@ def _angles(pose: Mapping[str, Any], letters: str, where: str, name: str) -> dic
 
 def _finite(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+FLOOR_MM3 = 1e-6
+"""mm^3 of width at which a block is done where a width is requested: narrower ones are those of rounding."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SingleBlock:
+    """What one block removes.
+
+    block, line, text : as in the table of a run. removed_mm3, removed_lo_mm3, removed_hi_mm3 : with its proven bracket.
+    width_asked, width_mm3 : relative to the volume, or in mm^3, whichever is reached first.
+    earlier : sweeps before it that had to be known. engine : who answered.
+    warning : why it is wider than was requested, or not by columns. seconds : that it took.
+    """
+
+    block: int
+    line: int
+    text: str
+    engine: str
+    removed_mm3: float
+    removed_lo_mm3: float
+    removed_hi_mm3: float
+    width_asked: float
+    width_mm3: float
+    earlier: int
+    warning: str | None
+    seconds: float
+
+    @property
+    def bracket(self) -> Interval:
+        """(lo, estimate, hi) mm^3."""
+        return Interval(self.removed_lo_mm3, self.removed_mm3, self.removed_hi_mm3)
+
+    @property
+    def is_wider(self) -> bool:
+        asked = max(self.width_mm3, self.width_asked * self.removed_mm3)
+        return self.removed_hi_mm3 - self.removed_lo_mm3 > asked
+
+    def to_dict(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+def blocks_alone(job: Job, numbers: Sequence[int], *, width: float | None = None) -> Iterator[SingleBlock]:
+    """Brackets of single blocks, as the table of a run has them, without cutting the blocks before.
+
+    numbers : of the blocks, in any order.
+    width : of a bracket relative to the volume; None: as the job has it, with its floor `width_mm3`.
+    Raises InputError: Program, tools or stock cannot be used; no such block; one that cuts nothing, such as a rapid.
+    Raises EngineError: A kernel failed; names the block.
+    """
+    if width is not None and not 0.0 < width <= 1.0:
+        raise InputError(f"width {width:g}: a share above 0 and up to 1 is expected")
+    keys = job.keys.accuracy
+    floor = keys.width_mm3 if width is None else min(keys.width_mm3, FLOOR_MM3)
+    asked = Options(chord=keys.chord_mm, width=keys.width if width is None else width, width_mm3=floor)
+    tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
+    toolpath = Toolpath.of(read_job_program(job), job.machine)
+    refuse_unknown_tools(toolpath.program, tools, ", ".join(map(str, sorted(tools))))
+    last = len(toolpath.blocks) - 1
+    for number in numbers:
+        if not 0 <= number <= last:
+            remedy = f"blocks are 0 to {last}, as in the table of a run"
+            raise InputError(f"there is no block {number}", remedy=remedy)
+        block = toolpath.blocks[number]
+        if next(toolpath.cuts(block), None) is None:
+            kind = "a rapid" if block.motion == "rapid" else "no feed motion"
+            what, file = f"block {number} is {kind}, which cuts nothing", toolpath.program.name
+            raise InputError(what, file=file, line=block.line, remedy="choose one that moves at feed")
+    stock = raw_stock(job)
+    slack = slack_of(stock)
+    program = Alone(stock, toolpath.sweeps_until(max(numbers, default=-1), tools), asked)
+    return (_answered(program, toolpath.blocks[number], asked, slack) for number in numbers)
+
+
+def _answered(program: Alone, block: Block, asked: Options, slack: float) -> SingleBlock:
+    begin = time.perf_counter()
+    lo, estimate, hi, _, engine, note = program.removed(block.number)
+    if slack > 0.0:
+        aside = f"triangles of the curved stock can change it by up to {slack:.3g} mm3"
+        note = f"{note}; {aside}" if note else aside
+    return SingleBlock(
+        block=block.number, line=block.line, text=block.text, engine=engine or "columns",
+        removed_mm3=estimate, removed_lo_mm3=lo, removed_hi_mm3=hi,
+        width_asked=asked.width, width_mm3=asked.width_mm3,
+        earlier=len(program.meeting(block.number)), warning=note, seconds=time.perf_counter() - begin,
+    )  # fmt: skip

@@ -24,11 +24,18 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError, KinematicsError, NCError, SweepError
-from vmachining.job.asked import GIVEN, libraries_beside, parse_tools, signed, word_of
+from vmachining.job.asked import (
+    GIVEN,
+    libraries_beside,
+    parse_tools,
+    read_with_tools,
+    signed,
+    unit_said,
+    word_of,
+)
 from vmachining.job.jobfile import MM_PER_INCH
 from vmachining.job.paths import move_path, settled
 from vmachining.job.reading import IDLE, refuse_turning, refuse_unread
-from vmachining.job.starter_reading import read_with_tools, unit_said
 from vmachining.machine import Machine, load, with_axes
 from vmachining.nc import MAX_BYTES, Motion, Program, decode_program, split_lines
 from vmachining.nc.conventions import unit_of

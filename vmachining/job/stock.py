@@ -1,4 +1,4 @@
-"""The raw stock a job names, and the files a finished workpiece leaves in."""
+"""The raw stock a job names, the facets of parts, and the files a finished workpiece leaves in."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import zipfile
 from dataclasses import replace
 from math import radians
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,6 +32,10 @@ from vmachining.stock import (
     read_mesh,
 )
 from vmachining.tolerance import LENGTH_EPS_MM
+
+if TYPE_CHECKING:
+    from vmachining.engines.brep.occt.step import StepSolid
+    from vmachining.toolpath.facets import FacetMesh
 
 STOCK_FORMATS = ("stl", "3mf", "glb", "step")
 
@@ -89,11 +94,16 @@ def raw_stock(job: Job) -> Stock:
         raise StockError(exc.message, file=exc.file, remedy=remedy) from exc
 
 
-def step_stock(path: Path, chord: float) -> StepStock:
-    """The solid of a STEP file, curved faces within `chord` (mm). Raises StockError where it holds no single solid."""
+def read_solid(path: Path, chord: float) -> StepSolid:
+    """Triangles and volume of the solid of a STEP file."""
     from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
 
-    solid = read_step(path, chord)
+    return read_step(path, chord)
+
+
+def step_stock(path: Path, chord: float) -> StepStock:
+    """The solid of a STEP file, curved faces within `chord` (mm). Raises StockError where it holds no single solid."""
+    solid = read_solid(path, chord)
     mesh = closed_mesh(solid.vertices, solid.triangles, source=str(path))
     corners = solid.vertices[solid.triangles[solid.curved]]
     return StepStock(mesh, file=str(path), exact_mm3=solid.volume, curved=corners, chord=chord)
@@ -110,9 +120,7 @@ def design_mesh(job: Job) -> MeshStock | None:
     try:
         if keys.stl is not None:
             return _whole_mesh(path, job.scale)
-        from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
-
-        solid = read_step(path, job.keys.accuracy.chord_mm)
+        solid = read_solid(path, job.keys.accuracy.chord_mm)
         return closed_mesh(solid.vertices, solid.triangles, source=str(path))
     except StockError as exc:
         message = exc.message.replace("no such stock file", "no such file")
@@ -295,3 +303,38 @@ def raw_engine(job: Job, name: str, stock: Stock) -> Engine:
         table = "vectors" if job.keys.vectors is not None and not isinstance(exc, StockError) else "design"
         place = job.where(table) if job.keys.design is not None else job.where()
         raise type(exc)(exc.message, **place, remedy=exc.remedy) from exc
+
+
+def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0) -> FacetMesh:
+    """Facets of a part, mm; what is wrong with them is in `notes`.
+
+    chord_mm : largest distance of the facets of a STEP file from its surfaces.
+    scale : mm per unit of an STL or of points.
+    Raises InputError: Neither STL nor STEP nor a table of points, or a damaged file; facets that are turned over, because
+        nobody knows which side is outside.
+    Raises StockError: A STEP file without a solid.
+    """
+    from vmachining.toolpath.facets import FacetMesh, read_cloud, read_stl
+
+    suffix = path.suffix.lower()
+    if suffix == ".stl":
+        facets = read_stl(path, scale=scale)
+        mesh = FacetMesh.of(facets.corners, notes=facets.notes)
+    elif suffix in (".step", ".stp"):
+        solid = read_solid(path, chord_mm)
+        mesh = FacetMesh.of(solid.vertices[solid.triangles])
+    elif suffix in (".csv", ".xyz"):
+        mesh = read_cloud(path, scale=scale)
+    else:
+        raise InputError(
+            f"{path.name}: expected a .stl or a .step file, or points as .csv or .xyz", file=path
+        )
+    turned = [text for text in mesh.notes if "turned over" in text or "disagree which side" in text]
+    a, b, c = mesh.corners.transpose(1, 0, 2)
+    if not turned and mesh.is_closed and float((a * np.cross(b, c)).sum()) < 0.0:
+        turned = ["the part is inside out: all facets are turned over"]
+    if turned:
+        raise InputError(
+            turned[0], file=path, remedy="turn them in the CAD system: normals point out of the part"
+        )
+    return mesh

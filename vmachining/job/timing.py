@@ -17,10 +17,9 @@ from vmachining.geometry import Arc, Line
 from vmachining.job.jobfile import MM_PER_INCH, Job
 from vmachining.job.mill import limits_of
 from vmachining.job.pace import Pace
-from vmachining.job.paths import PIECES, CutterPath, joint_demands, joint_directions, joint_feeds
+from vmachining.job.paths import PIECES, joint_demands, joint_directions, joint_feeds
 from vmachining.job.toolpath import Toolpath
 from vmachining.machine import Machine, MachineLimits, Way, drive, path_peaks
-from vmachining.machine import Machine as Chain
 from vmachining.nc import Motion, Program, decode_program
 from vmachining.sweep import Turn
 from vmachining.tolerance import LENGTH_EPS_MM
@@ -63,9 +62,8 @@ class MoveTimes:
     @property
     def late(self) -> Bools:
         """(n,) feed moves that never reach their programmed feed."""
-        return np.asarray(
-            (self.programmed_mm_min > 0) & (self.reached_mm_min < SLOWER * self.programmed_mm_min)
-        )
+        wanted = self.programmed_mm_min
+        return np.asarray((wanted > 0) & (self.reached_mm_min < SLOWER * wanted))
 
     @property
     def why(self) -> tuple[Why, ...]:
@@ -154,9 +152,8 @@ class Driven:
         feed = np.array([np.nan if move.feed_mm_min is None else move.feed_mm_min for move in moves])
         bad = ~fast & (length > 0) & ~(feed > 0)
         if bad.any():
-            raise NCError(
-                "a feed move without a feed", file=program.name, line=moves[int(np.flatnonzero(bad)[0])].line
-            )
+            line = moves[int(np.flatnonzero(bad)[0])].line
+            raise NCError("a feed move without a feed", file=program.name, line=line)
         demands = joint_demands(moves, toolpath.machine, length)
         fixed = np.array([move.duration_s or 0.0 for move in moves])
         dwell = np.array([move.dwell_s for move in moves])
@@ -172,14 +169,16 @@ class Driven:
         parts, allowed = np.where(uneven, PIECES, 1), np.broadcast_to(np.inf, slow.shape)
         if uneven.any():
             allowed = 60.0 * np.divide(length[:, None], slow, out=allowed.copy(), where=slow > 0)
+        # of the tip where nothing turns, else of the slides themselves
+        own = path_peaks([p if not isinstance(p, Turn) else Line(p.start, p.end) for p in paths])
+        slides = demands.slides / np.maximum(length, 1e-9)[:, None]
+        peaks = np.where(np.isnan(demands.slides) | (length == 0)[:, None], own, slides)
         return cls(
             toolpath, Pace.of(program, block_delete=block_delete), length, still,
             # a tool that turns about its tip travels no way: it has the length that its joints turn
             np.where((length == 0) & (dwell == 0), np.maximum(demands.seconds, fixed), 0.0),
-            fast, feed, dwell, joint_feeds(length, demands.seconds),
-            _peaks(paths, demands.slides, length),
-            tangent, acceleration, turned, normal, demands.accelerations, parts,
-            allowed, demands.piece_accelerations, leaving, bend,
+            fast, feed, dwell, joint_feeds(length, demands.seconds), peaks, tangent, acceleration, turned, normal,
+            demands.accelerations, parts, allowed, demands.piece_accelerations, leaving, bend,
         )  # fmt: skip
 
     def times(
@@ -198,12 +197,11 @@ class Driven:
         machine, length, pace = self.toolpath.machine, self.length, self.pace
         feed = np.maximum(self.feed, at_least_mm_min)
         whole = np.inf if limits.max_feed_mm_min is None else limits.max_feed_mm_min
-        caps = np.minimum(
-            np.minimum(_slides(self.peaks, slide_speeds(limits.axes, machine)), whole), self.allowed
+        fed, rapids = (
+            np.minimum(_slides(self.peaks, slide_speeds(given, machine)), self.allowed)
+            for given in (limits.axes, limits.axis_rapid_mm_min)
         )
-        rapids = np.minimum(
-            _slides(self.peaks, slide_speeds(limits.axis_rapid_mm_min, machine)), self.allowed
-        )
+        caps = np.minimum(fed, whole)
         rapid = np.inf if limits.rapid_mm_min is None else limits.rapid_mm_min
         asked = limits.feed_override * feed_share * feed
         share = np.broadcast_to(limits.rapid_override * rapid_share, feed.shape)
@@ -231,11 +229,12 @@ class Driven:
             rates = np.minimum(rates, long[k] / limits.block_s)
         if uneven.any():
             seconds[at] = ideal[at] = np.bincount(own, pieces / rates)
-        if len(at) and (
-            np.isfinite(min(path, swift)) or np.isfinite(axes).any() or limits.max_jerk_mm_s3 is not None
-        ):
+        bound = np.isfinite(min(path, swift)) or np.isfinite(axes).any() or limits.max_jerk_mm_s3 is not None
+        if len(at) and bound:
             tolerance = np.where(np.isnan(pace.tolerance), limits.corner_tolerance_mm, pace.tolerance)
-            halt = _stops(at, pace.halt | (self.dwell > 0), len(long))
+            # at rest by themselves, or by what happens before the next one moves
+            stops = np.concatenate([[0], np.cumsum(pace.halt | (self.dwell > 0))])
+            halt = stops[np.append(at[1:], len(long))] > stops[at]
             # a block in which a tip at rest turns has a length of another kind
             halt[:-1] |= np.diff(length[at] > 0)
             push = np.where(uneven, self.part_push[k, piece], self.push[k])
@@ -249,12 +248,8 @@ class Driven:
                 normal=self.normal[k], halt=halt[own] & last, tolerance=np.where(last, tolerance[k], np.inf),
                 push=push, span=long[k], leaving=self.leaving[k],
             )  # fmt: skip
-            driven = drive(
-                way,
-                whole=np.where(self.fast[k], swift, path),
-                axes=axes,
-                jerk=limits.max_jerk_mm_s3 or np.inf,
-            )
+            most = np.where(self.fast[k], swift, path)
+            driven = drive(way, whole=most, axes=axes, jerk=limits.max_jerk_mm_s3 or np.inf)
             seconds[at] = np.bincount(own, driven.seconds)
             reached[at] = 60.0 * np.maximum.reduceat(driven.peak, np.cumsum(count) - count)
         asked = np.where(self.fast | (length == 0), np.nan, asked)
@@ -281,15 +276,7 @@ def _numbers(given: Sequence[float | None] | None) -> Floats:
     return np.array([np.inf if v is None else v for v in given or (None, None, None)], dtype=np.float64)
 
 
-def _peaks(paths: Sequence[CutterPath], slides: Floats, length: Floats) -> Floats:
-    """(n, 3) largest |dq/ds| of the slides: of the tip where nothing turns, else of the slides themselves."""
-    own = path_peaks([p if not isinstance(p, Turn) else Line(p.start, p.end) for p in paths])
-    return np.asarray(
-        np.where(np.isnan(slides) | (length == 0)[:, None], own, slides / np.maximum(length, 1e-9)[:, None])
-    )
-
-
-def slide_speeds(given: Sequence[float | None] | None, machine: Chain | None) -> Floats:
+def slide_speeds(given: Sequence[float | None] | None, machine: Machine | None) -> Floats:
     """(3,) mm/min of x, y, z at most, by the table [machine] and by the chain."""
     own = _numbers(given)
     if machine is not None and len(machine.slides) == 3:
@@ -303,13 +290,6 @@ def _slides(peaks: Floats, own: Floats) -> Floats:
     return np.asarray(
         np.divide(own, peaks, out=np.full(peaks.shape, np.inf), where=peaks > 1e-12).min(axis=1)
     )
-
-
-def _stops(at: Ints, halt: Bools, n: int) -> Bools:
-    """(m,) whether moving blocks `at` end at rest: by themselves, or by what happens before the next one moves."""
-    total = np.concatenate([[0], np.cumsum(halt)])
-    until = np.append(at[1:], n)
-    return np.asarray(total[until] > total[at])
 
 
 def block_feeds(toolpath: Toolpath, times: MoveTimes) -> tuple[Floats, Floats]:
@@ -381,25 +361,24 @@ def assumed(
     if limits.max_acceleration_mm_s2 is None and not limits.axis_acceleration_mm_s2 and not own:
         out.append("no acceleration is given: speeds change at once, and corners take no extra time")
     else:
-        out.append(
-            f"corners may be missed by {limits.corner_tolerance_mm:g} mm where the program does not say (G64 P, G61, CYCLE832)"
-        )
+        missed = f"corners may be missed by {limits.corner_tolerance_mm:g} mm"
+        out.append(f"{missed} where the program does not say (G64 P, G61, CYCLE832)")
     if limits.rapid_mm_min is None and not limits.axis_rapid_mm_min and machine is None:
         out.append("no rapid speed is given: rapids take no time")
     if limits.tool_change_s == 0.0:
         out.append("no time of a tool change is given: it takes none")
-    step = None if program is None else _step(program)
-    if program is not None and step is not None:
+    decimals = [] if program is None else re.findall(rb"[XYZ]\s*[-+]?\d*\.(\d+)", program.data, re.IGNORECASE)
+    if program is not None and decimals:
+        step = _unit(program) * 10.0 ** -max(map(len, decimals))  # mm, the last decimal of its coordinates
         told = [float(a or b) for a, b in SMOOTHING.findall(decode_program(program.data, program.name))]
         unit = _unit(program)
-        least = min(
-            (v for v in (limits.corner_tolerance_mm, *(unit * t for t in told)) if v > 0.0), default=step
-        )
+        given = (limits.corner_tolerance_mm, *(unit * t for t in told))
+        least = min((v for v in given if v > 0.0), default=step)
         if least < 0.999 * step:
-            out.append(
-                f"a corner tolerance of {least:.3g} mm is below the resolution of the program ({step:.3g} mm): "
-                "corners that come from rounding slow the path down as well"
+            what = (
+                f"a corner tolerance of {least:.3g} mm is below the resolution of the program ({step:.3g} mm)"
             )
+            out.append(f"{what}: corners that come from rounding slow the path down as well")
     return out
 
 
@@ -407,15 +386,7 @@ INCH_WORD = re.compile(rb"^[^(;\n]*G0*(?:20|70)(?![\d.])", re.IGNORECASE | re.MU
 SMOOTHING = re.compile(r"G64\s*P\s*(\d*\.?\d+)|CYCLE832\s*\(\s*(\d*\.?\d+)", re.IGNORECASE)
 
 
-def _step(program: Program) -> float | None:
-    """mm, the last decimal of its coordinates; None where none has any."""
-    digits = max(map(len, re.findall(rb"[XYZ]\s*[-+]?\d*\.(\d+)", program.data, re.IGNORECASE)), default=0)
-    return _unit(program) * 10.0**-digits if digits else None
-
-
 def _unit(program: Program) -> float:
     """mm in its unit of length, by G20 or G70 where only a word says it."""
-    inch = program.declared.unit == "inch" or (
-        not program.declared.unit and INCH_WORD.search(program.data) is not None
-    )
-    return MM_PER_INCH if inch else 1.0
+    said = program.declared.unit or ("inch" if INCH_WORD.search(program.data) else "mm")
+    return MM_PER_INCH if said == "inch" else 1.0

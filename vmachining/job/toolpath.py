@@ -62,11 +62,8 @@ class Toolpath:
 
     def sweeps(self, block: Block, tools: Mapping[int, ToolParts]) -> list[Sweep]:
         """What the feed motions of a block sweep with tools by number; those without one sweep nothing."""
-        return [
-            Sweep.along(tools[move.tool].cutter, path)
-            for move, path in self.cuts(block)
-            if move.tool in tools
-        ]
+        cuts = ((tools.get(move.tool), path) for move, path in self.cuts(block))
+        return [Sweep.along(tool.cutter, path) for tool, path in cuts if tool is not None]
 
     def sweeps_until(self, last: int, tools: Mapping[int, ToolParts]) -> list[list[Sweep]]:
         """The same of all blocks from the first to number `last`."""
@@ -99,12 +96,6 @@ def program_lines(program: Program) -> list[str]:
     return list(split_lines(decode_program(program.data, program.name)))
 
 
-def _kind(motions: Sequence[Motion]) -> str:
-    """One word for a block: several kinds of motion on one line are a cycle."""
-    kinds = set(motions)
-    return str(motions[0]) if len(kinds) == 1 else "cycle"
-
-
 def group_blocks(program: Program, paths: Sequence[CutterPath]) -> Iterator[Block]:
     """Blocks in the order they run; paths : of all moves.
 
@@ -120,14 +111,8 @@ def group_blocks(program: Program, paths: Sequence[CutterPath]) -> Iterator[Bloc
         travel = [i for i in members if goes[i] and steps[i].motion in TRAVEL]
         if not travel:
             continue
-        first = steps[travel[0]]
-        yield Block(
-            number=number,
-            line=line,
-            text=lines[line - 1] if 0 < line <= len(lines) else "",
-            tool=first.tool,
-            motion=_kind([steps[i].motion for i in travel]),
-            moves=tuple(travel),
-            members=range(members[0], members[-1] + 1),
-        )
+        first, text = steps[travel[0]], lines[line - 1] if 0 < line <= len(lines) else ""
+        # several kinds of motion on one line are a cycle
+        motion = str(first.motion) if all(steps[i].motion is first.motion for i in travel) else "cycle"
+        yield Block(number, line, text, first.tool, motion, tuple(travel), range(members[0], members[-1] + 1))
         number += 1

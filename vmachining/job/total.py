@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from vmachining.arrays import Floats
 from vmachining.interval import Interval
 
 ENDS = ("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
@@ -53,9 +52,8 @@ def total_of(rows: pl.DataFrame, before: Interval, final: Interval, slack: float
         note = APART.format(lo, hi, balance.lo, balance.hi)
     # of the estimates in the bracket the one that also leaves a workpiece within its own
     lowest = max(0.0, removed.lo, before.estimate - final.hi)
-    gone = _inside(
-        (estimate, balance.estimate), lowest, min(removed.hi, before.estimate - final.lo), rounding
-    )
+    highest = min(removed.hi, before.estimate - final.lo)
+    gone = _inside((estimate, balance.estimate), lowest, highest, rounding)
     gone = _within(gone, max(0.0, removed.lo), removed.hi)
     left = _within(before.estimate - gone, final.lo, final.hi)
     if slack > 0.0:
@@ -99,20 +97,13 @@ def settled(rows: pl.DataFrame, total: Total) -> pl.DataFrame | None:
         return None
     target = total.removed.estimate
     lo, estimate, hi = (rows[name].to_numpy() for name in ENDS)
-    moved = _brought(lo, estimate, hi, target)
+    off = target - float(estimate.sum())
+    room = hi - estimate if off > 0.0 else estimate - lo
+    whole, moved = float(room.sum()), estimate
+    if off != 0.0 and whole > 0.0:
+        moved = estimate + np.copysign(abs(off) / whole if abs(off) < whole else 1.0, off) * room
     seconds = rows["time_s"].fill_null(0.0).to_numpy()
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.where(seconds > 0.0, 60.0 * moved / seconds, np.nan)
-    return pl.DataFrame({"block": rows["block"], "removed_mm3": moved, "mrr_mm3_min": rate}).with_columns(
-        pl.col("mrr_mm3_min").fill_nan(None)
-    )
-
-
-def _brought(lo: Floats, estimate: Floats, hi: Floats, target: float) -> Floats:
-    off = target - float(estimate.sum())
-    room = hi - estimate if off > 0.0 else estimate - lo
-    whole = float(room.sum())
-    if off == 0.0 or whole <= 0.0:
-        return estimate
-    share = abs(off) / whole if abs(off) < whole else 1.0
-    return np.asarray(estimate + np.copysign(share, off) * room)
+    out = pl.DataFrame({"block": rows["block"], "removed_mm3": moved, "mrr_mm3_min": rate})
+    return out.with_columns(pl.col("mrr_mm3_min").fill_nan(None))

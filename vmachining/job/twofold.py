@@ -65,19 +65,13 @@ def twofold(
             added.append(spot)
     keep = np.ones(len(triangles), dtype=bool)
     keep[list(inserted)] = False
-    pieces = [
-        (face, piece)
-        for face, spots in sorted(inserted.items())
-        for piece in _divided(triangles[face].tolist(), spots)
-    ]
+    spotted = sorted(inserted.items())
+    pieces = [(face, piece) for face, spots in spotted for piece in _divided(triangles[face].tolist(), spots)]
     divided = np.array([piece for _, piece in pieces], dtype=np.int64).reshape(-1, 3)
     whose = source[np.array([face for face, _ in pieces], dtype=np.int64)]
     new = np.array(added, dtype=np.float64).reshape(-1, 3)
-    return (
-        np.concatenate([points, new]),
-        np.concatenate([triangles[keep], divided]),
-        np.concatenate([source[keep], whose]),
-    )
+    sources = np.concatenate([source[keep], whose])
+    return np.concatenate([points, new]), np.concatenate([triangles[keep], divided]), sources
 
 
 def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
@@ -95,13 +89,12 @@ def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
     group, _ = _different(same)
     spare = np.minimum(np.bincount(group, up), np.bincount(group, ~up)).astype(np.int64)
     keep = np.ones(len(turned), dtype=bool)
-    if spare.any():
-        for sense in (up, ~up):
-            left = spare.copy()
-            for k in np.flatnonzero(sense & (spare[group] > 0)).tolist():
-                if left[group[k]] > 0:
-                    left[group[k]] -= 1
-                    keep[k] = False
+    for sense in (up, ~up):
+        left = spare.copy()
+        for k in np.flatnonzero(sense & (spare[group] > 0)).tolist():
+            if left[group[k]] > 0:
+                left[group[k]] -= 1
+                keep[k] = False
     return points, turned[keep], np.flatnonzero(real)[keep]
 
 
@@ -194,15 +187,9 @@ def _divided(face: list[int], spots: dict[Edge, int]) -> list[list[int]]:
     # ears at old corners between two new points first, so that no diagonal runs along an edge
     pieces = []
     while len(ring) > 3:
-        ear = next(
-            (
-                k
-                for k in range(len(ring))
-                if ring[k] in face and ring[k - 1] not in face and ring[(k + 1) % len(ring)] not in face
-            ),
-            None,
-        )
-        if ear is None:  # one new point left: the fan about it
+        old = [corner in face for corner in ring]
+        ears = (k for k in range(len(ring)) if old[k] and not old[k - 1] and not old[(k + 1) % len(ring)])
+        if (ear := next(ears, None)) is None:  # one new point left: the fan about it
             break
         pieces.append([ring[ear - 1], ring[ear], ring[(ear + 1) % len(ring)]])
         del ring[ear]

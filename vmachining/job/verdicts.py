@@ -50,7 +50,10 @@ class VerdictFile:
             Status(row["status"]), value, _number(row["removed_brep_error_mm3"]), row["attempt"], int(row["number"]),
             row["reason"], float(row["seconds"]), int(row["sweeps"]), judges=_judges(row),
         )  # fmt: skip
-        holds = limit >= self._seconds if value is None else _is_held(value, verdict.error_mm3, judges[block])
+        holds = limit >= self._seconds
+        if value is not None:  # it still lies where the judges of today allow it, within its error
+            truth, error = intersection(judges[block]), verdict.error_mm3 or 0.0
+            holds = truth is not None and truth.lo - error <= value <= truth.hi + error
         if holds and block in judges:
             self.known[block], self._limits[block] = verdict, limit
 
@@ -75,12 +78,6 @@ def _row(block: int, verdict: Verdict, limit: float) -> tuple[str, ...]:
         verdict.attempt, repr(verdict.seconds), str(verdict.sweeps), verdict.reason, repr(limit),
         *map(_text, (None, None, None) if rays is None else rays[:3]),
     )  # fmt: skip
-
-
-def _is_held(value: float, error: float | None, judges: Sequence[Judge]) -> bool:
-    """Whether a value still lies where the judges of today allow it, within its error."""
-    truth = intersection(judges)
-    return truth is not None and truth.lo - (error or 0.0) <= value <= truth.hi + (error or 0.0)
 
 
 def _text(value: float | None) -> str:
