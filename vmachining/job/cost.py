@@ -95,12 +95,8 @@ def feed_motions(
     toolpath: Toolpath, tools: Mapping[int, ToolParts]
 ) -> tuple[list[tuple[int, CutterPath]], float]:
     """(tool and path of some feed motions, spread over the program; how many each of them represents)."""
-    moves = [
-        (m.tool, path)
-        for m, path in zip(toolpath.moves, toolpath.paths, strict=True)
-        if m.motion not in IDLE and m.tool in tools
-    ]
-    chosen = moves[:: max(1, len(moves) // SAMPLE)]
+    moves = [(m.tool, k) for k, m in enumerate(toolpath.moves) if m.motion not in IDLE and m.tool in tools]
+    chosen = [(tool, toolpath.paths[k]) for tool, k in moves[:: max(1, len(moves) // SAMPLE)]]
     return chosen, len(moves) / max(1, len(chosen))
 
 

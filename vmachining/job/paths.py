@@ -14,13 +14,14 @@ how many axes the machine has.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from vmachining.arrays import Bools, Floats
+from vmachining.arrays import Bools, Floats, rows
 from vmachining.errors import KinematicsError, NCError, SweepError
 from vmachining.geometry import Arc, Line, arc_between
 from vmachining.machine import Machine, Peaks, linear_peaks, peak_accelerations, peak_times, tcp_block_peaks
@@ -65,30 +66,55 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
     return Line(turn.start, turn.end) if turn.is_upright and turn.is_straight else turn
 
 
-def move_paths(moves: Sequence[Move], machine: Machine | None = None) -> tuple[CutterPath, ...]:
+class Paths:
+    """Paths of moves in their order. A line is made when it is asked for, from rows of 48 bytes, and takes eight times as much.
+
+    start, end : (n, 3) mm of the lines, read-only, 0 elsewhere. others : by number, rising.
+    """
+
+    def __init__(self, start: ArrayLike, end: ArrayLike, others: dict[int, CutterPath]) -> None:
+        self.start, self.end = rows(start, -1, 3, name="start"), rows(end, -1, 3, name="end")
+        self.others = others
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+    def __getitem__(self, k: int) -> CutterPath:
+        return self.others.get(k) or Line.trusted(self.start[k], self.end[k])
+
+    def __iter__(self) -> Iterator[CutterPath]:
+        return map(self.__getitem__, range(len(self)))
+
+    @property
+    def length(self) -> Floats:
+        """(n,) mm."""
+        way = self.end - self.start
+        out = np.sqrt(np.vecdot(way, way))  # the same digits as `Line.length`
+        out[list(self.others)] = [path.length for path in self.others.values()]
+        return np.asarray(out)
+
+
+def move_paths(moves: Sequence[Move], machine: Machine | None = None) -> Paths:
     """`move_path` of every move; straight ones of an upright tool are made together."""
-    plain = _is_plain(machine)
-    # X Y Z alone say where they go, and they go straight
-    straight = [
-        plain and m.circle is None and m.axis_end is None and m.rotary_deg is None and m.motion not in ARCS
-        for m in moves
-    ]
-    pairs = list(zip(moves, straight, strict=True))
-    way = np.array([(move.start, move.end) for move, is_line in pairs if is_line])
-    lines = Line.many(*way.reshape(-1, 2, 3).swapaxes(0, 1))
-    return tuple(next(lines) if is_line else move_path(move, machine) for move, is_line in pairs)
+    plain, ends, others = _is_plain(machine), np.zeros((len(moves), 2, 3)), dict[int, CutterPath]()
+    for k, m in enumerate(moves):
+        # X Y Z alone say where it goes, and it goes straight
+        is_line = (
+            plain
+            and m.circle is None
+            and m.axis_end is None
+            and m.rotary_deg is None
+            and m.motion not in ARCS
+        )
+        path = None if is_line else move_path(m, machine)
+        if path is None or isinstance(path, Line):
+            ends[k] = (m.start, m.end) if path is None else (path.start, path.end)
+        else:
+            others[k] = path
+    return Paths(ends[:, 0], ends[:, 1], others)
 
 
-def lengths(paths: Sequence[CutterPath]) -> Floats:
-    """(n,) mm, of each path."""
-    out, straight = np.empty(len(paths)), [isinstance(path, Line) for path in paths]
-    way = np.array([path.end - path.start for path in paths if isinstance(path, Line)]).reshape(-1, 3)
-    out[straight] = np.sqrt(np.vecdot(way, way))  # the same digits as `Line.length`
-    out[~np.array(straight, dtype=np.bool_)] = [path.length for path in paths if not isinstance(path, Line)]
-    return out
-
-
-def moving(paths: Sequence[CutterPath], length: Floats) -> Bools:
+def moving(paths: Paths, length: Floats) -> Bools:
     """(n,) whether the cutter goes anywhere: a tip at rest may turn."""
     out = length > LENGTH_EPS_MM
     for k in np.flatnonzero(~out).tolist():
@@ -378,7 +404,7 @@ def joint_feeds(lengths: Floats, seconds: Floats) -> Floats:
 
 
 def joint_directions(
-    moves: Sequence[Move], paths: Sequence[CutterPath], machine: Machine | None, lengths: Floats
+    moves: Sequence[Move], paths: Paths, machine: Machine | None, lengths: Floats
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """How the joints move along the paths.
 
@@ -389,11 +415,9 @@ def joint_directions(
     turning = [] if machine is None else list(machine.rotary)
     out, still = np.zeros((len(moves), 3 + len(turning))), np.zeros(len(moves))
     leaving, bend = np.full((len(moves), 3), np.nan), np.zeros((len(moves), 4))
-    straight = [k for k, path in enumerate(paths) if isinstance(path, Line) and lengths[k] > 0.0]
-    if straight:
-        start, end = (np.array([getattr(paths[k], name) for k in straight]) for name in ("start", "end"))
-        out[straight, :3] = (end - start) / lengths[straight, None]
-    for k, path in enumerate(paths):
+    goes = lengths > 0.0
+    out[goes, :3] = (paths.end[goes] - paths.start[goes]) / lengths[goes, None]
+    for k, path in enumerate(paths) if turning else paths.others.items():
         if lengths[k] > 0.0 and not isinstance(path, Line):
             if isinstance(path, Turn) and is_arc(moves[k]):
                 ends = path.velocity(np.array([0.0, 1.0]))

@@ -19,7 +19,7 @@ from vmachining.job.mill import limits_of
 from vmachining.job.pace import Pace
 from vmachining.job.paths import PIECES, joint_demands, joint_directions, joint_feeds
 from vmachining.job.toolpath import Toolpath
-from vmachining.machine import Machine, MachineLimits, Way, drive, path_peaks
+from vmachining.machine import Machine, MachineLimits, Way, drive, line_peaks, path_peaks
 from vmachining.nc import Motion, Program, decode_program
 from vmachining.sweep import Turn
 from vmachining.tolerance import LENGTH_EPS_MM
@@ -160,7 +160,7 @@ class Driven:
         timed = (fixed > 0) & (length > 0)
         feed[timed] = 60.0 * length[timed] / fixed[timed]
         tangent, acceleration, still, leaving, bend = joint_directions(moves, paths, toolpath.machine, length)
-        arcs = [(k, p) for k, p in enumerate(paths) if isinstance(p, Arc) and length[k] > 0]
+        arcs = [(k, p) for k, p in paths.others.items() if isinstance(p, Arc) and length[k] > 0]
         turned, normal = np.zeros(len(length)), np.full(len(length), 2)
         for k, arc in arcs:
             turned[k], normal[k] = arc.angle, arc.axis
@@ -170,7 +170,11 @@ class Driven:
         if uneven.any():
             allowed = 60.0 * np.divide(length[:, None], slow, out=allowed.copy(), where=slow > 0)
         # of the tip where nothing turns, else of the slides themselves
-        own = path_peaks([p if not isinstance(p, Turn) else Line(p.start, p.end) for p in paths])
+        own = line_peaks(paths.start, paths.end)
+        others = paths.others.values()
+        own[[*paths.others]] = path_peaks(
+            [p if not isinstance(p, Turn) else Line(p.start, p.end) for p in others]
+        )
         slides = demands.slides / np.maximum(length, 1e-9)[:, None]
         peaks = np.where(np.isnan(demands.slides) | (length == 0)[:, None], own, slides)
         return cls(

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from vmachining.arrays import Floats
 from vmachining.job.contact import ToolParts
-from vmachining.job.paths import CutterPath, lengths, move_paths, moving
+from vmachining.job.paths import CutterPath, Paths, move_paths, moving
 from vmachining.machine import Machine
 from vmachining.nc import Motion, Move, Program, decode_program, split_lines
 from vmachining.sweep import Sweep
@@ -27,7 +27,7 @@ class Toolpath:
 
     program: Program
     machine: Machine | None
-    paths: tuple[CutterPath, ...]
+    paths: Paths
     length: Floats
     blocks: tuple[Block, ...]
 
@@ -38,7 +38,7 @@ class Toolpath:
         Raises NCError: A move that cannot be one, see `paths.move_path`.
         """
         paths = move_paths(program.moves, machine)
-        return cls(program, machine, paths, lengths(paths), tuple(group_blocks(program, paths)))
+        return cls(program, machine, paths, paths.length, tuple(group_blocks(program, paths)))
 
     @property
     def moves(self) -> Sequence[Move]:
@@ -87,7 +87,7 @@ class Block(NamedTuple):
     text: str
     tool: int
     motion: str
-    moves: tuple[int, ...]
+    moves: Sequence[int]
     members: range
 
 
@@ -96,7 +96,7 @@ def program_lines(program: Program) -> list[str]:
     return list(split_lines(decode_program(program.data, program.name)))
 
 
-def group_blocks(program: Program, paths: Sequence[CutterPath]) -> Iterator[Block]:
+def group_blocks(program: Program, paths: Paths) -> Iterator[Block]:
     """Blocks in the order they run; paths : of all moves.
 
     Consecutive motions of one line form one block (a canned cycle, G28 through an intermediate point). A line
@@ -104,15 +104,17 @@ def group_blocks(program: Program, paths: Sequence[CutterPath]) -> Iterator[Bloc
     spindle, modes) give none.
     """
     lines, steps = program_lines(program), program.moves
-    goes = moving(paths, lengths(paths)).tolist()
+    goes = moving(paths, paths.length).tolist()
     number = 0
     for line, group in groupby(range(len(steps)), key=lambda i: steps[i].line):
-        members = list(group)
+        own = list(group)
+        members = range(own[0], own[-1] + 1)
         travel = [i for i in members if goes[i] and steps[i].motion in TRAVEL]
         if not travel:
             continue
         first, text = steps[travel[0]], lines[line - 1] if 0 < line <= len(lines) else ""
         # several kinds of motion on one line are a cycle
         motion = str(first.motion) if all(steps[i].motion is first.motion for i in travel) else "cycle"
-        yield Block(number, line, text, first.tool, motion, tuple(travel), range(members[0], members[-1] + 1))
+        moves = members if len(travel) == len(members) else travel
+        yield Block(number, line, text, first.tool, motion, moves, members)
         number += 1

@@ -14,6 +14,7 @@ sources, departures and limits: docs/kinematics.md.
 from vmachining.machine.axis import Axis
 from vmachining.machine.block_peaks import (
     Peaks,
+    line_peaks,
     linear_peaks,
     path_peaks,
     peak_accelerations,
@@ -48,6 +49,7 @@ __all__ = [
     "described",
     "drive",
     "follow",
+    "line_peaks",
     "line_train",
     "linear_peaks",
     "load",
