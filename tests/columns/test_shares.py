@@ -16,6 +16,7 @@ from vmachining.engines.columns import ColumnsEngine, FlatStock
 from vmachining.engines.columns.goal import goal_of
 from vmachining.engines.protocol import Removal, Share
 from vmachining.geometry import Arc, Line
+from vmachining.stock import CylinderStock, Triangles
 from vmachining.sweep import Sweep
 
 BOX = FlatStock((-20.0, -20.0, -40.0), (40.0, 20.0, 0.0))
@@ -129,6 +130,19 @@ def test_parts_go_on_after_they_were_joined_and_divided_again(tmp_path):
     again = Sweep.along(tool, Line((-9, 1.5, -1.5), (25, 0.5, -1.9)))
     mine, theirs = engine.touch(again), alone.touch(again)
     assert max(mine.lo, theirs.lo) <= min(mine.hi, theirs.hi)
+
+
+def test_a_round_bar_in_parts_stays_round(tmp_path):
+    """A plunge beside its axis, on the side that sorts first: what is left is the bar less a cylinder."""
+    tool, r, _ = flat()
+    bar = FlatStock.of(CylinderStock((2.0, 1.0), 15.0, (-40.0, 0.0)))
+    work = Parts(ColumnsEngine(bar, 0.01), 2, tmp_path)
+    work.cut(Sweep.along(tool, Line((-3, 0, 1), (-3, 0, -3))), 0)
+    joined = work.joined(tmp_path)
+    left = pi * (15.0**2 * 40.0 - r**2 * 3.0)
+    assert joined.volume.lo <= left <= joined.volume.hi and joined.volume.width < 1e-3 * left
+    shown = joined.surface()
+    assert Triangles(shown.vertices, shown.triangles).volume == pytest.approx(left, rel=2e-3)
 
 
 def test_a_block_that_cannot_be_as_narrow_says_so_once_it_is_summed(tmp_path):

@@ -347,7 +347,7 @@ class ColumnsEngine:
         c = self._cutters.number(disc, 0.0)
         x, y = (0.5 * (a + b) for a, b in zip(low[:2], high[:2], strict=True))
         self._rows[0, :10] = [x, y, low[2], 1.0, 0.0, 0.0, 0.0, c, c, low[2]]
-        self._blocks, self._count = [-1], 1
+        self._blocks, self._count, self._made = [-1], 1, 1
         return 0
 
     def _ready(self, k: int) -> Tiling:
@@ -508,13 +508,10 @@ class ColumnsEngine:
         rows = np.concatenate([e._rows[: e._count] for e in engines])
         begins = np.cumsum([0, *(e._count for e in engines[:-1])]).tolist()
         blocks = np.concatenate([np.array(e._blocks[: e._count], dtype=np.int64) for e in engines])
-        kept, at, of = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-        order = np.argsort(kept[:, NUMBER], kind="stable")
-        number = np.empty_like(order)
-        number[order] = np.arange(len(order))
-        whole._take_rows(kept[order])
-        whole._blocks = blocks[at[order]].tolist()
+        _, at, of = np.unique(rows[:, NUMBER], return_index=True, return_inverse=True)
+        whole._take_rows(rows[at])
+        whole._blocks = blocks[at].tolist()
         if tilings:
-            numbers = [number[of.ravel()[begin:]] for begin in begins]
+            numbers = [of[begin:] for begin in begins]
             whole._tiles = Tiling.join(whole.stock, tilings, numbers)
         return whole
