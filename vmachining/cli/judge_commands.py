@@ -217,13 +217,11 @@ class Identify:
     corner_radius: float = opt(..., "MM", "0: flat end.")
     teeth: int = opt(..., None, "Teeth of the tool.", min=1)
     degree: int = opt(3, None, "Degree of the polynomials in height.", min=0)
-    method: Literal["joint", "layers"] = opt(
-        "joint", "joint|layers", "One fit with intervals, or layer by layer."
-    )
+    method: Literal["joint", "layers"] = opt("joint", None, "One fit with intervals, or layer by layer.")
     weights: Literal["relative", "resultant", "equal"] = opt(
-        "relative", "relative|resultant|equal", "Noise: relative to each force, to the resultant, or equal."
+        "relative", None, "Noise: relative to each force, to the resultant, or equal."
     )
-    layer_ref: Literal["mid", "top"] = opt("mid", "mid|top", "Height that a layer's values are assigned to.")
+    layer_ref: Literal["mid", "top"] = opt("mid", None, "Height that a layer's values are assigned to.")
     on: On = "tool"
     confidence: float = opt(0.95, None, "Confidence level of the intervals.")
     validate: Path | None = opt(

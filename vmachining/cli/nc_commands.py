@@ -132,9 +132,7 @@ class Moves:
 
     program: each.ProgramArg
     machine: str | None = opt(None, "FILE", "File or preset whose rotary axes are allowed.")
-    coordinates: Literal["machine", "program"] = opt(
-        "machine", "machine|program", "Coordinate system of end_mm."
-    )
+    coordinates: Literal["machine", "program"] = opt("machine", None, "Coordinate system of end_mm.")
     reading: Reading
     as_json: each.Json = False
 
@@ -236,9 +234,7 @@ class Passes:
     lead: float | None = opt(None, "DEG", "Five axes: the tool leans along the feed.", within(-89, 89))
     tilt: float | None = opt(None, "DEG", "Five axes: it leans across the feed.", within(-89, 89))
     tilt_limit: float = opt(30.0, "DEG", "Largest deviation from the tilt that was given.", within(0, 180))
-    normals: Literal["facet", "resultant", "area", "angle"] = opt(
-        "angle", "facet|resultant|area|angle", WEIGHTS
-    )
+    normals: Literal["facet", "resultant", "area", "angle"] = opt("angle", None, WEIGHTS)
     sharp: float = opt(30.0, "DEG", FACETS, within(0, 180))
     direction: float = opt(0.0, "DEG", "Direction of the passes, from +x.", within(-360, 360))
     waterline: list[float] | None = opt(None, "Z", LOOPS, finite)
@@ -263,7 +259,7 @@ class Flank:
 
     rulings: Path = arg("RULINGS.csv", "Lines x1,y1,z1,x2,y2,z2: ends of rulings, the lower first.")
     tool: str = opt(..., "flat:D", "Diameter of the end mill, mm.")
-    side: Literal["left", "right"] = opt("left", "left|right", "Where the tool stands, seen along the feed.")
+    side: Literal["left", "right"] = opt("left", None, "Where the tool stands, seen along the feed.")
     below: float = opt(0.0, "MM", "The tip goes so far below the lower rail.", within(0, 1e3))
     feed: float = opt(1000.0, "MM/MIN", "Along the path.", above_zero)
     spindle: float = opt(6000.0, "REV/MIN", "Speed to write.", above_zero)

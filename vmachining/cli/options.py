@@ -8,7 +8,7 @@ from importlib import import_module
 from inspect import Parameter, signature
 from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, dataclass_transform, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, dataclass_transform, get_args, get_origin, get_type_hints
 
 import typer
 
@@ -63,7 +63,10 @@ def _words(kind: Any) -> Iterator[Parameter]:
             continue
         default = Parameter.empty if one.default is MISSING else one.default
         if "word" in one.metadata:
-            hint = Annotated[hint, one.metadata["word"]]
+            word = one.metadata["word"]
+            if get_origin(hint) is Literal:
+                word.metavar = word.metavar or "|".join(get_args(hint))
+            hint = Annotated[hint, word]
         yield Parameter(one.name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
 
@@ -94,7 +97,7 @@ def argument(metavar: str, help: str) -> Any:
 def opt(
     default: Any, metavar: str | None, help: str, check: Callable[[Any], Any] | None = None, **more: Any
 ) -> Any:
-    """A field that is an `option`; default : `...` where it must be given."""
+    """A field that is an `option`; default : `...` where it must be given. metavar : None: of a `Literal`, its words."""
     return _field(default, option(metavar, help, check, **more))
 
 

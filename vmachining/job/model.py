@@ -33,6 +33,7 @@ from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
 from vmachining.tool.table import MEANINGS
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Yes = Annotated[bool, Field(strict=True)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 Text = Annotated[str, Field(strict=True, min_length=1)]
@@ -84,6 +85,13 @@ class Keys(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, json_schema_extra=_explain)
 
 
+def _exactly_one(keys: Keys, table: str, *names: str) -> None:
+    given = [name for name in names if getattr(keys, name) is not None]
+    if len(given) != 1:
+        got = " and ".join(given) or "none of them"
+        raise ValueError(f"[{table}] needs exactly one of {', '.join(names)}, got {got}")
+
+
 class ProgramKeys(Keys):
     """What is milled, and how the control reads it."""
 
@@ -99,7 +107,7 @@ class ProgramKeys(Keys):
         dict[str, Triple], Field(examples=["{ G54 = [0, 0, 0], G55 = [120, 0, 0] }"])
     ] = {}
     """zeros of G54 to G59.3 in machine coordinates, if the program needs them: G53, or several; G54 is that of the job"""
-    block_delete: Annotated[bool, Field(strict=True)] = False
+    block_delete: Yes = False
     """skip lines that open with a slash"""
     crc_entry: CrcEntry = ""
     """how cutter radius compensation enters the path; left out: as the dialect does"""
@@ -124,7 +132,7 @@ class ControlKeys(Keys):
     """what D registers hold: the radius of the tool, or the wear beside a programmed path of its centre"""
     arc_centres: ArcCentres = ""
     """I J K count from the start of the arc, are absolute, or lead from the centre to the start"""
-    modal_centres: Annotated[bool, Field(strict=True)] = False
+    modal_centres: Yes = False
     """I J K or R that a block leaves out stay as they were"""
     increments: Increments = ""
     """what a length without a decimal point counts: the unit, or least increments (IS-B: 0.001 mm)"""
@@ -132,7 +140,7 @@ class ControlKeys(Keys):
     """W moves the tool along Z"""
     lathe: Lathe = ""
     """a lathe whose X words are diameters or radii, or a mill, whatever its program looks like"""
-    swapped: Annotated[bool, Field(strict=True)] = False
+    swapped: Yes = False
     """G2 and G3 of that lathe are counted from below"""
 
 
@@ -231,10 +239,7 @@ class Stock(Keys):
 
     @model_validator(mode="after")
     def _one(self) -> Stock:
-        given = [name for name in ("box", "cylinder", "step", "stl") if getattr(self, name) is not None]
-        if len(given) != 1:
-            got = "none of them" if not given else " and ".join(given)
-            raise ValueError(f"[stock] needs exactly one of box, cylinder, step, stl, got {got}")
+        _exactly_one(self, "stock", "box", "cylinder", "step", "stl")
         return self
 
 
@@ -250,9 +255,7 @@ class Design(Keys):
 
     @model_validator(mode="after")
     def _one(self) -> Design:
-        if (self.step is None) == (self.stl is None):
-            got = "none of them" if self.step is None else "both"
-            raise ValueError(f"[design] needs exactly one of step, stl, got {got}")
+        _exactly_one(self, "design", "step", "stl")
         return self
 
 
@@ -290,9 +293,9 @@ class Accuracy(Keys):
 
     chord_mm: Positive = CHORD_MM
     """mesh engine: distance between facets inside and around the true sweep"""
-    width: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = WIDTH
+    width: Annotated[Positive, Field(le=1)] = WIDTH
     """columns engine: width of a block's bracket relative to its volume"""
-    width_mm3: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = WIDTH_MM3
+    width_mm3: NotNegative = WIDTH_MM3
     """columns engine: mm³; a block is finished when its bracket is narrower than this, or than `width`"""
     spacing_mm: Positive | None = None
     """dexel engine: distance of rays; half a million rays in all if not given"""
@@ -318,9 +321,9 @@ class Feed(Keys):
     """largest feed that is written"""
     plunge_max_mm_min: Positive | None = None
     """largest feed of moves within 45° of straight down; without it a plunge is never faster than programmed"""
-    insert_blocks: Annotated[bool, Field(strict=True)] = False
+    insert_blocks: Yes = False
     """divide blocks where the load changes inside them"""
-    tau: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = 0.25
+    tau: NotNegative = 0.25
     """insert_blocks: divide where wanted feeds differ by more than this share"""
     min_length_mm: Positive = 0.5
     """insert_blocks: shortest inserted block"""
@@ -357,7 +360,7 @@ class Force(Keys):
     """a coefficient file, relative to the job file, or the name of a shipped set"""
     spindle_rev_min: Positive | None = None
     """where the program gives none"""
-    extrapolate: Annotated[bool, Field(strict=True)] = False
+    extrapolate: Yes = False
     """take the coefficients beyond the heights they were calibrated for"""
     stick_out_mm: Positive | None = None
     """length of the tool as a cantilever; for its deflection"""

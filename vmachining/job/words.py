@@ -14,8 +14,7 @@ from vmachining.job.model import JobFile, Keys, meanings
 from vmachining.tomlplaces import KeyPath, dotted, nearest
 
 MEANT: dict[tuple[str, ...], str] = {
-    ("stock", "cylinder", "diameter"): "give radius, half of it",
-    ("stock", "cylinder", "diameter_mm"): "give radius, half of it",
+    **{("stock", "cylinder", key): "give radius, half of it" for key in ("diameter", "diameter_mm")},
     **{
         ("stock", "cylinder", key): "give z = [lowest, highest]"
         for key in ("height", "length", "z_min", "z_max")
@@ -69,17 +68,14 @@ def _words(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str:
 
 
 def _expected(error: ErrorDetails, path: KeyPath) -> str:
-    kind, context = error["type"], error.get("ctx", {})
-    if kind in ("model_type", "dict_type"):
-        return "must be a table of keys"
-    if kind == "list_type" and path == ("tools",):
-        return "must be an array of tables"
-    if kind == "too_long":
-        return f"has more than {context.get('max_length')} values"
-    if kind in ("tuple_type", "list_type"):
-        return "must be a list in brackets"
-    if kind == "string_too_short":
-        return "must not be empty"
+    kind, most = error["type"], error.get("ctx", {}).get("max_length")
+    said = {
+        "model_type": "must be a table of keys", "dict_type": "must be a table of keys", "string_too_short": "must not be empty",
+        "too_long": f"has more than {most} values", "tuple_type": "must be a list in brackets",
+        "list_type": "must be an array of tables" if path == ("tools",) else "must be a list in brackets",
+    }  # fmt: skip
+    if kind in said:
+        return said[kind]
     return re.sub(r"^(Input|String|List|Tuple) should (be|have)", r"must \2", error["msg"])
 
 
@@ -100,9 +96,8 @@ def _remedy(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str
         return "write [[tools]] in two brackets, once per tool"
     if kind in ("tuple_type", "too_long"):
         return _example(path)
-    if kind in ("model_type", "dict_type"):
-        known = _known_keys(path)
-        return f"its keys: {', '.join(known)}" if known else None
+    if kind in ("model_type", "dict_type") and (known := _known_keys(path)):
+        return f"its keys: {', '.join(known)}"
     if kind == "literal_error":
         options = re.findall(r"'([^']*)'", str(error.get("ctx", {}).get("expected", "")))
         close = nearest(str(error.get("input")), options)
@@ -117,8 +112,7 @@ def _place(path: KeyPath) -> str | None:
         return meant
     if close := nearest(key, known):
         return f"did you mean {close!r}?"
-    sections = [name for name in JobFile.model_fields if key in _known_keys((name,))]
-    if sections:
+    if sections := [name for name in JobFile.model_fields if key in _known_keys((name,))]:
         return f"it belongs under {' or '.join(f'[{name}]' for name in sections)}"
     return f"known here: {', '.join(known)}" if known else None
 
