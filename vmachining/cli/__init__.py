@@ -10,7 +10,7 @@
 | `jobs.py`, `batch.py` | run, demo; batch |
 | `init.py` | init |
 | `nc.py`, `single.py` | nc check, nc moves; sweep |
-| `dda.py`, `engage.py`, `post.py`, `toolpath.py`, `times.py`, `force.py`, ... | the command or group of that name |
+| `dda.py`, `engage.py`, `machine.py` (and post), `toolpath.py`, `times.py`, `force.py`, ... | the command or group of that name |
 
 Exit codes: 0 done, 1 findings, 2 bad usage or input, 3 a bug of ours, 130 interrupted.
 """

@@ -31,7 +31,7 @@ nc = typer.Typer(
 
 @command(
     programs,
-    "post:post",
+    "machine:post",
     "post part.cls --machine ac-table --dialect fanuc --out part.nc",
     "post poses.csv --dialect sinumerik --out part.mpf",
 )

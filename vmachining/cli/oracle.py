@@ -93,7 +93,7 @@ def _table(title: str, heads: Iterable[str], words: Container[str]) -> Table:
 
 
 def _engines(o: Compare) -> int:
-    from vmachining.report.engines import write_engines
+    from vmachining.report.comparison import write_engines
 
     names = oracle.engine_names(o.engines or "")
     if o.reference is not None:

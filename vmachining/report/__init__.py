@@ -12,14 +12,13 @@
 | `thin.py` | vertex clustering of a coloured mesh, thinning of long series |
 | `page.py` | `write_report(result, path)`; where loads peak, the most loaded blocks, the comparison of strategies |
 | `contact_map.py` | contact, chip and force of some blocks, for the page to draw |
-| `comparison.py` | two results beside each other, matched by where their motions end |
+| `comparison.py`, `engines.html.j2` | two results beside each other, matched by where their motions end; our engines on one job |
 | `trust.py` | sentences about what is known and what is not |
 | `design.py` | how far the finished surface is from the design |
 | `figures.py`, `chart.py`, `machine.py`, `pockets.py` | small pages of figures: rotary angles over a path, logged times, forces |
 | `scene.py`, `deviation.py` | bodies, lines and points on small pages in three dimensions |
 | `engagement.py` | `write_engagement(engagement, folder)`: tables, map and picture of what a tool touches |
 | `batch.py`, `batch.html.j2` | `write_index(rows, path, ledger)`: the page over all jobs of a batch |
-| `engines.py`, `engines.html.j2` | `write_engines(told, folder)`: our engines beside each other |
 | `numbers.py` | numbers, times and counts as the pages write them |
 | `page.html.j2`, `page.css` | the page; every value is escaped by jinja2, and a policy lets no other script run |
 

@@ -1,6 +1,6 @@
 """Jobs on the workers of a Dask cluster.
 
-A worker of Dask lends a thread, which starts a process like those of `local.py` on its machine, hands it the order and
+A worker of Dask lends a thread, which starts a process like those of `one.py` on its machine, hands it the order and
 passes on what it tells. So a job that brings down its process brings down no worker, and the process ends with the
 worker, however that ends.
 
@@ -30,8 +30,17 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from vmachining.errors import InputError
-from vmachining.job.batch.local import PROGRESS, STOP, Child, dismiss, start_child
-from vmachining.job.batch.one import Ended, JobProgress, Order, Row
+from vmachining.job.batch.one import (
+    PROGRESS,
+    STOP,
+    Child,
+    Ended,
+    JobProgress,
+    Order,
+    Row,
+    dismiss,
+    start_child,
+)
 from vmachining.job.files import signature, write_atomic, writing
 
 CONNECT_SECONDS = 10.0
