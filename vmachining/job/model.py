@@ -88,7 +88,7 @@ class Keys(BaseModel):
 def _exactly_one(keys: Keys, table: str, *names: str) -> None:
     given = [name for name in names if getattr(keys, name) is not None]
     if len(given) != 1:
-        got = " and ".join(given) or "none of them"
+        got = "both" if len(given) == len(names) == 2 else " and ".join(given) or "none of them"
         raise ValueError(f"[{table}] needs exactly one of {', '.join(names)}, got {got}")
 
 
