@@ -19,7 +19,7 @@ from vmachining.job.files import atomic_path
 from vmachining.job.folder import refuse_target
 from vmachining.job.paths import move_path
 from vmachining.machine import Interpolator, PulseBlock, write_csv, write_npz
-from vmachining.nc import Motion, Move, Program
+from vmachining.nc import Motion, Program
 
 CSV_HEADER, NPZ_MEMBER, GENERATOR = b"block,line,tick,time_s,x,y,z\n", b"steps.npy", b"vmachining dda"
 """What tells files of this command from others."""
@@ -88,7 +88,13 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
     for move in program.moves:
         if move.motion is Motion.DWELL:
             continue
-        path = None if _turns(move) else move_path(move._replace(**STEADY))
+        # axes that were not named before stood at zero
+        before, after = move.rotary_start or {}, move.rotary_deg or {}
+        turns = (
+            any(value != before.get(name, 0.0) for name, value in after.items())
+            or move.axis_start != move.axis_end
+        )
+        path = None if turns else move_path(move._replace(**STEADY))
         if not isinstance(path, Line | Arc):
             what = "a rotary axis moves" if path is None else "an arc in a tilted plane"
             remedy = "dda drives X, Y and Z in lines and arcs of the main planes"
@@ -102,13 +108,6 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
             raise KinematicsError(exc.message, file=program.name, line=move.line, remedy=exc.remedy) from exc
         paths.append(path)
     return paths, blocks
-
-
-def _turns(move: Move) -> bool:
-    """Whether a rotary axis or the tool axis moves; axes that were not named before stood at zero."""
-    before, after = (getattr(move, name, None) or {} for name in ("rotary_start", "rotary_deg"))
-    tilts = getattr(move, "axis_start", None) != getattr(move, "axis_end", None)
-    return tilts or any(value != before.get(name, 0.0) for name, value in after.items())
 
 
 def _block_line(block: PulseBlock) -> str:

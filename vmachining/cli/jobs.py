@@ -57,7 +57,11 @@ def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool, given: Se
     Raises InputError: Values that the draft leaves open, or options of a draft beside a job file.
     """
     asked = tools is not None or bool(units) or bool(given)
-    if file.suffix.lower() == ".toml" or not file.is_file() or _holds_job(file):
+    is_job = file.suffix.lower() == ".toml" or not file.is_file()
+    if not is_job:  # a file with another suffix may hold a job anyway
+        with file.open("rb") as lines:
+            is_job = any(line.lstrip().startswith((b"[program]", b"[[tools]]")) for line in islice(lines, 60))
+    if is_job:
         if asked:
             raise InputError(
                 "--tools, --tool and --units belong to a program", remedy="write them into the job file"
@@ -131,12 +135,6 @@ def remedy_of(draft: Draft, program: Path, target: Path) -> str:
         kinds = f" ({TYPES})" if any("=TYPE:" in word for word in draft.ask) else ""
         ways.insert(0, f"{shlex.join(['vmachining', 'run', str(program)])} {' '.join(draft.ask)}{kinds}")
     return "; or ".join(ways)
-
-
-def _holds_job(file: Path) -> bool:
-    """Whether a file with another suffix holds a job anyway."""
-    with file.open("rb") as lines:
-        return any(line.lstrip().startswith((b"[program]", b"[[tools]]")) for line in islice(lines, 60))
 
 
 def run_(o: Run) -> int:

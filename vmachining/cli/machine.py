@@ -66,9 +66,12 @@ def post(o: Post) -> int:
     program.require_clean()
     refuse_unread(program)
     chain = None if o.machine is None else load(o.machine)
+    angle = r"\s*([A-Za-z])\s*=?\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*"  # A0, or C = 90
+    if o.start is not None and not re.fullmatch(rf"{angle}(?:,{angle})*", o.start):
+        raise InputError(f"--start {o.start!r}: expected angles in degrees, such as A0,C90")
+    start = None if o.start is None else {name: float(value) for name, value in re.findall(angle, o.start)}
     posted = post_program(
-        program.moves, o.dialect, machine=chain, name=source.stem, decimals=o.decimals, angle_deg=o.angle,
-        start_deg=None if o.start is None else _angles(o.start),
+        program.moves, o.dialect, machine=chain, name=source.stem, decimals=o.decimals, angle_deg=o.angle, start_deg=start
     )  # fmt: skip
     text, told = posted.text, posted.notes
     if plot is not None:
@@ -93,11 +96,3 @@ def post(o: Post) -> int:
     elif str(out) != "-":
         note(f"{out}: written, {text.count(chr(10))} lines, dialect {o.dialect}")
     return Code.DONE
-
-
-def _angles(text: str) -> dict[str, float]:
-    """Angles by axis, from "A0,C90"."""
-    word = r"\s*([A-Za-z])\s*=?\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*"
-    if not re.fullmatch(rf"{word}(?:,{word})*", text):
-        raise InputError(f"--start {text!r}: expected angles in degrees, such as A0,C90")
-    return {letter: float(angle) for letter, angle in re.findall(word, text)}

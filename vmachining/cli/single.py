@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -31,7 +33,14 @@ def sweep(o: Sweep) -> int:
         raise InputError(
             "--at chooses the curves of a picture", remedy="add --plot regions.pdf, or .svg, .png"
         )
-    times = TIMES if o.at is None else _fractions(o.at)
+    times: Sequence[float] = TIMES
+    if o.at is not None:
+        with suppress(ValueError):
+            times = sorted({float(word) for word in o.at.split(",")})
+        if times is TIMES or not all(0.0 <= t <= 1.0 for t in times):
+            raise InputError(
+                f"--at {o.at}: expected fractions of the motion from 0 to 1, such as 0.1,0.5,0.9"
+            )
     for target, mark in ((step, STEP_MARK), (plot, PICTURE_MARK if drawn else PLOT_MARK)):
         if target is not None:
             refuse_target(target, {"sweep": Path(name)}, mark)
@@ -66,16 +75,6 @@ def sweep(o: Sweep) -> int:
         late = "; --seconds gives it more time" if "no answer within" in str(record["brep_note"]) else ""
         print(f"no B-rep value: {record['brep_note']}{late}")
     return code
-
-
-def _fractions(text: str) -> list[float]:
-    try:
-        found = sorted({float(word) for word in text.split(",")})
-    except ValueError:
-        found = []
-    if not found or not all(0.0 <= t <= 1.0 for t in found):
-        raise InputError(f"--at {text}: expected fractions of the motion from 0 to 1, such as 0.1,0.5,0.9")
-    return found
 
 
 def bench(o: Bench) -> int:

@@ -77,11 +77,12 @@ def audited(
             status, note = "disputed", f"DISPUTED: {in_words(judges)}: at least one of them is wrong"
         found.append((block, None, None, None, status, ends[1], ends[0], ends[2], note))
     disputed = sum(row[4] is not None for row in found)
-    told = {
-        "blocks": len(found),
-        "disputed_blocks": disputed,
-        **_total(quick, rows if total else rows.clear()),
-    }
+    told: dict[str, Any] = {"blocks": len(found), "disputed_blocks": disputed}
+    told |= dict.fromkeys(("total_lo_mm3", "total_mm3", "total_hi_mm3", "total_agrees"))
+    if total and quick.is_whole and not rows.is_empty():  # see `UprightJudge.total`
+        lo, estimate, hi = quick.total().bracket
+        agrees = float(rows["removed_lo_mm3"].sum()) <= hi and lo <= float(rows["removed_hi_mm3"].sum())
+        told |= {"total_lo_mm3": lo, "total_mm3": estimate, "total_hi_mm3": hi, "total_agrees": agrees}
     disputes = max(disputed, told["total_agrees"] is False)
     counts = {"asked": 0, **dict.fromkeys(JUDGED, 0), "disputed": disputes}
     return pl.DataFrame(found, schema=OPINION_SCHEMA, orient="row"), counts, told
@@ -109,13 +110,3 @@ def _chosen(removing: pl.DataFrame, most: int, is_quick: Callable[[int], bool]) 
         if block not in chosen and is_quick(block):
             chosen.add(block)
     return sorted(chosen)
-
-
-def _total(quick: UprightJudge, rows: pl.DataFrame) -> dict[str, Any]:
-    """Keys of the summary on all blocks together, see `UprightJudge.total`."""
-    names = ("total_lo_mm3", "total_mm3", "total_hi_mm3", "total_agrees")
-    if not quick.is_whole or rows.is_empty():
-        return dict.fromkeys(names)
-    lo, estimate, hi = quick.total().bracket
-    agrees = float(rows["removed_lo_mm3"].sum()) <= hi and lo <= float(rows["removed_hi_mm3"].sum())
-    return dict(zip(names, (lo, estimate, hi, agrees), strict=True))

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vmachining.arrays import Floats
 from vmachining.engines.protocol import Engine
 from vmachining.job.files import atomic_path, write_table
 from vmachining.job.folder import ResultFolder
@@ -74,7 +73,12 @@ def ends_against(
     over, under = distance < -tolerance, distance > tolerance
     kept = np.flatnonzero(over | under)
     kept = kept[np.argsort(-np.abs(distance[kept]), kind="stable")][:MOST_ROWS]
-    normal = _outward(part, points[kept])
+    # unit directions in which the distance to the part grows
+    steps, there = STEP_MM * np.eye(3), points[kept]
+    slopes = [part.signed_distance(there + step) - part.signed_distance(there - step) for step in steps]
+    normal = np.column_stack(slopes) if len(kept) else np.zeros((0, 3))
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0.0)
     foot = points[kept] - distance[kept, None] * normal
     names = np.array(["ray along x", "ray along y", "ray along z"])
     columns: dict[str, Any] = {
@@ -96,12 +100,3 @@ def ends_against(
         "theta_v_deg": None, "mode": "rays",
     }  # fmt: skip
     return columns, summary
-
-
-def _outward(part: MeshStock, points: Floats) -> Floats:
-    """(n, 3) unit directions in which the distance to the part grows."""
-    steps = STEP_MM * np.eye(3)
-    slopes = [part.signed_distance(points + step) - part.signed_distance(points - step) for step in steps]
-    out = np.column_stack(slopes) if len(points) else np.zeros((0, 3))
-    size = np.linalg.norm(out, axis=1, keepdims=True)
-    return np.asarray(np.divide(out, size, out=np.zeros_like(out), where=size > 0.0))

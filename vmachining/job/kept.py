@@ -73,7 +73,12 @@ def judged(
     load = np.where(bound, strategy.highest_loads(np.where(on, feeds, 0.0)[part]), 0.0)
     over = bound & (load > goal * (1.0 + SLACK))
     goals = np.array([schedule.references.get(int(tool), 0.0) for tool in rows.groups])
-    told = np.where(on & (goals > 0.0), _tabled_load(feed, stations), 0.0) / np.where(goals > 0.0, goals, 1.0)
+    # loads of blocks as their table says them: stations hold them at the angles that matter at the feed of their pass, the table
+    # is of the feed that was written; 0 where it has no column of what the strategy holds
+    names = {("force", "resultant"): "force_n", ("chip_area", feed.component): "chip_area_mm2"}
+    name = names.get((feed.strategy, feed.component))
+    tabled = np.zeros(len(blocks)) if name is None else stations.columns[name].fill_null(0.0).to_numpy()
+    told = np.where(on & (goals > 0.0), tabled, 0.0) / np.where(goals > 0.0, goals, 1.0)
     above = told > 1.0 + SLACK
     if not (over.any() or above.any()):
         return Judged((), None)
@@ -87,18 +92,6 @@ def judged(
     loads = worst * goals
     passed = tuple(Passed(int(owner[k]), blocks[k].line, float(loads[k]), float(goals[k])) for k in order)
     return Judged(passed, _lowered(feed, schedule, asked, owner))
-
-
-def _tabled_load(feed: Feed, stations: Stations) -> Floats:
-    """(n,) load of each block as its table says it; 0 where the table has no column of what the strategy holds.
-
-    Stations hold loads at the angles that matter at the feed of their pass; the table is of the feed that was written.
-    """
-    names = {("force", "resultant"): "force_n"} | {("chip_area", feed.component): "chip_area_mm2"}
-    name = names.get((feed.strategy, feed.component))
-    return (
-        np.zeros(len(stations.columns)) if name is None else stations.columns[name].fill_null(0.0).to_numpy()
-    )
 
 
 def _share(feed: Feed, stations: Stations, told: Floats, goals: Floats) -> Floats:

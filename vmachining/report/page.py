@@ -46,8 +46,13 @@ def write_report(result: RunResult, path: Path) -> None:
     warned = sorted([*rows, *silent], key=lambda row: row[1])
     drawn, count = number(data.rows), len(blocks)
     thinned = f" {drawn} of {number(count)} blocks are drawn, extremes kept." if data.rows < count else ""
+    keys = result.job.keys
+    stock = keys.stock.step or keys.stock.stl or ("a box" if keys.stock.box is not None else "a cylinder")
+    about = (
+        f"{keys.program.file} · {plural(len(result.job.tools), 'tool')} · stock: {stock} · all lengths in mm"
+    )
     page = rendered(
-        "page.html.j2", data, name=result.job.name, subtitle=_subtitle(result),
+        "page.html.j2", data, name=result.job.name, subtitle=about,
         picture=base64.b64encode(png(mesh.vertices, mesh.triangles)).decode("ascii"), chips=_chips(result, blocks),
         disputed=disputes(blocks)[:MAX_ROWS], cards=_cards(result, blocks), mapped=data.maps > 0, peaks=peaks(blocks),
         doubt=doubtful(blocks), loaded=loaded(blocks), load=load_column(blocks),
@@ -106,15 +111,6 @@ def _sums(rows: pl.DataFrame, scheduled: bool, error: float | None = None) -> tu
     times = [rows["time_s"], rows["scheduled_time_s"]] if scheduled else [rows["time_s"]]
     way, *spent = (f"{float(one.sum()):,.1f}".replace(",", "\u202f") for one in (cut["length_mm"], *times))
     return (number(len(cut)), way, number(removed, 7), number(error, 2), number(largest, 5), *spent)
-
-
-def _subtitle(result: RunResult) -> str:
-    keys = result.job.keys
-    kind = next(name for name in ("box", "cylinder", "step", "stl") if getattr(keys.stock, name) is not None)
-    stock = {"box": "a box", "cylinder": "a cylinder", "step": keys.stock.step, "stl": keys.stock.stl}[kind]
-    return (
-        f"{keys.program.file} · {plural(len(result.job.tools), 'tool')} · stock: {stock} · all lengths in mm"
-    )
 
 
 def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:

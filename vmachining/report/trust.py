@@ -35,6 +35,15 @@ def known(result: RunResult) -> list[str]:
             "leaned or turned, ends of rays in three directions (facets where only the mesh engine knows a block). What is "
             "thinner than their spacing may be missing."
         )
+    second, counts = [], s["brep"]
+    if counts["asked"]:
+        won = ", ".join(f"{name} {count}" for name, count in counts["attempts"].items()) or "none"
+        second.append(
+            f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
+            f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused, {counts['disputed']} are "
+            "disputed (see their warnings). How far a value is from the truth at most is in removed_brep_error_mm3. "
+            f"Blocks per attempt: {won}."
+        )
     return [
         f"Removed volume: {number(s['removed_lo_mm3'], 8)} to {number(s['removed_hi_mm3'], 8)} mm³. "
         f"The {word} is {number(width, 3)} mm³ wide{share}.",
@@ -46,7 +55,7 @@ def known(result: RunResult) -> list[str]:
         *_files(s),
         "A block that does not reach the stock removes exactly 0.",
         *_contact_known(result.blocks),
-        *([_second(s["brep"])] if s["brep"]["asked"] else []),
+        *second,
         *_judged(s, result.blocks["removed_dexel_mm3"].count()),
     ]
 
@@ -70,15 +79,6 @@ def _files(s: dict[str, Any]) -> list[str]:
         "rounding of its coordinates: compare removed volumes with this page and not with that of the file."
         for name, volume in s.get("stock_files_mm3", {}).items()
     ]
-
-
-def _second(counts: dict[str, Any]) -> str:
-    return (
-        f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
-        f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused, {counts['disputed']} are "
-        "disputed (see their warnings). How far a value is from the truth at most is in removed_brep_error_mm3. "
-        f"Blocks per attempt: {', '.join(f'{name} {count}' for name, count in counts['attempts'].items()) or 'none'}."
-    )
 
 
 def _judged(s: dict[str, Any], looked: int) -> list[str]:
