@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from vmachining.engines import engine_class, entry_of
@@ -83,13 +82,12 @@ class Cutting:
         replays = parts is not None and self.by_columns and counts is None
         if replays and known is not None and known["done"] < len(toolpath.blocks):
             known = None  # of a run without parts: they answer from the first order on
-        kind, first = engine_class(self.engine), 0
+        first = 0 if known is None else int(known["done"])
+        point = None if known is None else self.record.place.path / known["file"]
         own = None if part is None else part.shares(self.shares(len(toolpath.blocks), 1))
-        if known is not None:
-            first = int(known["done"])
-        if known is not None and own is None:
-            with usable(self.record.place.path / known["file"]) as file:
-                engine = kind.load(file)
+        if point is not None and own is None:
+            with usable(point) as file:
+                engine = engine_class(self.engine).load(file)
         else:
             engine, self.raw = self.raw or self.of(stock), None
         rows_path = self.record.place.path / ROWS[name]
@@ -98,9 +96,7 @@ class Cutting:
         apart, shares = self.longest_s > APART_SECONDS, self.shares(len(toolpath.blocks), workers)
         hands: Executor
         if own is not None:
-            hands = Noted(
-                engine, shares, own, None if known is None else self.record.place.path / known["file"]
-            )
+            hands = Noted(engine, shares, own, point)
         elif replays and parts is not None:
             hands = Replayed(engine, parts.cut)
         else:
@@ -127,20 +123,16 @@ class Cutting:
             self.peak_mb = max(self.peak_mb, hands.peak_mb())
             return hands.finish()
         except InputError as exc:
-            if is_full(exc):
-                raise self._disk_full(name, rows_path, len(toolpath.blocks), exc) from exc
-            raise
+            if not is_full(exc):
+                raise
+            kept, known = drop_torn_row(rows_path), self.record.known(name)
+            goes_on = "starts again" if known is None else f"continues after block {known['done']}"
+            what = f"{exc.message}; {kept} of {len(toolpath.blocks)} blocks are in {rows_path.name}"
+            raise InputError(
+                what, file=exc.file, remedy=f"free some disk space, then --resume {goes_on}"
+            ) from exc
         finally:
             hands.close()
-
-    def _disk_full(self, name: str, rows: Path, total: int, cause: InputError) -> InputError:
-        """What is there of a pass that could not continue."""
-        kept, point = drop_torn_row(rows), self.record.known(name)
-        goes_on = "starts again" if point is None else f"continues after block {point['done']}"
-        return InputError(
-            f"{cause.message}; {kept} of {total} blocks are in {rows.name}", file=cause.file,
-            remedy=f"free some disk space, then --resume {goes_on}",
-        )  # fmt: skip
 
     def shares(self, blocks: int, workers: int) -> int:
         """Shares of the workpiece: where columns take every motion a matter of the program alone, so that numbers are, too."""

@@ -94,11 +94,8 @@ def writing(target: Path) -> Iterator[None]:
     try:
         yield
     except OSError as exc:
-        raise InputError(
-            f"cannot write: {exc.strerror or exc}",
-            file=target,
-            remedy="choose another --out or free some disk space",
-        ) from exc
+        remedy = "choose another --out or free some disk space"
+        raise InputError(f"cannot write: {exc.strerror or exc}", file=target, remedy=remedy) from exc
 
 
 def is_full(error: BaseException) -> bool:
@@ -117,11 +114,8 @@ def make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as exc:
-        raise InputError(
-            f"cannot make the result directory: {exc.strerror or exc}",
-            file=folder,
-            remedy="choose another --out",
-        ) from exc
+        what = f"cannot make the result directory: {exc.strerror or exc}"
+        raise InputError(what, file=folder, remedy="choose another --out") from exc
 
 
 def between(block: int) -> str:
@@ -159,14 +153,11 @@ def sha256(path: Path) -> str:
 
     Raises InputError: The file cannot be read.
     """
-    digest = hashlib.sha256()
     try:
         with path.open("rb") as file:
-            while chunk := file.read(1 << 20):
-                digest.update(chunk)
+            return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError as exc:
         raise InputError(f"cannot read: {exc.strerror or exc}", file=path) from exc
-    return digest.hexdigest()
 
 
 def fingerprints(paths: dict[str, Path]) -> dict[str, dict[str, str]]:

@@ -57,11 +57,8 @@ class RunOptions:
             "engine": self.engine, "brep": self.brep, "brep_seconds": self.brep_seconds, "contact": self.contact,
             "stages": asked_stages(self.stages, self.contact, job),
         }  # fmt: skip
-        rare = {
-            "every_strategy": self.every_strategy,
-            "csv": self.csv,
-            "part": None if self.part is None else str(self.part),
-        }
+        part = None if self.part is None else str(self.part)
+        rare = {"every_strategy": self.every_strategy, "csv": self.csv, "part": part}
         return found | {name: value for name, value in rare.items() if value}
 
 
@@ -83,10 +80,10 @@ def asked_stages(stages: Sequence[str], contact: str, job: Job) -> list[str]:
     refuse_contact(contact)
     chosen = [name for name in PARTS if name == "cut" or name in stages]
     if job.keys.feed is not None and "plan" in chosen and ("contact" not in chosen or contact != "all"):
+        remedy = "omit --contact and --stages, or omit the plan as well: --stages cut,judge,show"
         raise InputError(
-            "[feed] in the job needs the contact of all blocks", **job.where("feed"),
-            remedy="omit --contact and --stages, or omit the plan as well: --stages cut,judge,show",
-        )  # fmt: skip
+            "[feed] in the job needs the contact of all blocks", **job.where("feed"), remedy=remedy
+        )
     return chosen
 
 

@@ -32,15 +32,8 @@ class Record:
         self._spent, self._progress = spent, progress
 
     def open(
-        self,
-        job: Job,
-        options: dict[str, Any],
-        command: Sequence[str],
-        subprograms: Sequence[str],
-        *,
-        resume: bool,
-        force: bool,
-    ) -> None:
+        self, job: Job, options: dict[str, Any], command: Sequence[str], subprograms: Sequence[str], *, resume: bool, force: bool
+    ) -> None:  # fmt: skip
         """Begin anew, or continue with what is there, see `store.continued`.
 
         Raises InputError: The directory holds files of somebody else, or the result of another job and nobody said
@@ -52,7 +45,8 @@ class Record:
         place.refuse_foreign(roles)
         old = place.earlier()
         fresh: dict[str, Any] = {
-            "kind": RUN, "job": job.name, "job_file": _absolute(job.source), "complete": False, "command": list(command),
+            "kind": RUN, "job": job.name, "job_file": job.source and str(job.source.resolve()), "complete": False,
+            "command": list(command),
             "process": os.getpid(), "started": now(), "ended": None, "seconds": 0.0, "options": options, "inputs": inputs,
             "machine": described(job.machine) if job.machine else None,
             "versions": versions() | signature(), "checkpoints": {}, "files": dict.fromkeys(WORKING),
@@ -97,14 +91,12 @@ class Record:
         """Write the manifest with the time spent so far; nothing before it is opened."""
         if self.place.manifest:
             spent = self._spent.summary()
-            self.place.manifest |= {name: spent[name] for name in ("seconds", "stage_seconds")} | {
-                "ended": now()
+            self.place.manifest |= {
+                "seconds": spent["seconds"],
+                "stage_seconds": spent["stage_seconds"],
+                "ended": now(),
             }
             self.place.save()
-
-
-def _absolute(path: Path | None) -> str | None:
-    return None if path is None else str(path.resolve())
 
 
 def refuse_other_job(old: Mapping[str, Any], new: Mapping[str, Any], folder: Path) -> None:
@@ -119,11 +111,8 @@ def refuse_other_job(old: Mapping[str, Any], new: Mapping[str, Any], folder: Pat
         return
     whose = f"{old.get('job')!r} of {files[0]}" if files[0] else f"{old.get('job')!r}"
     ended = "the result" if old.get("complete") else "an unfinished run"
-    raise InputError(
-        f"holds {ended} of another job, {whose}",
-        file=folder,
-        remedy="choose another --out, or replace it with --force",
-    )
+    remedy = "choose another --out, or replace it with --force"
+    raise InputError(f"holds {ended} of another job, {whose}", file=folder, remedy=remedy)
 
 
 STAGES = ("read", "cut", "contact", "plan", "judge", "check", "files")

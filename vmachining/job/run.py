@@ -120,13 +120,8 @@ def run_part(
 
 @contextmanager
 def _working(
-    job: Job,
-    folder: Path,
-    asked: RunOptions,
-    progress: Progress | None,
-    stop: Callable[[], bool] | None,
-    lock: FolderLock | None,
-) -> Iterator[Course]:
+    job: Job, folder: Path, asked: RunOptions, progress: Progress | None, stop: Callable[[], bool] | None, lock: FolderLock | None
+) -> Iterator[Course]:  # fmt: skip
     """A run about to begin, whose record is saved however it ends."""
     if asked.engine is not None:
         engine_class(asked.engine)

@@ -68,10 +68,9 @@ class Stations:
 
 def no_stations(blocks: int, why: str) -> Stations:
     """Of a job whose contact nobody asked for."""
-    empty = {name: pl.Series([None] * blocks, dtype=pl.Float64) for name in CONTACT}
-    columns = pl.DataFrame(
-        {"block": pl.Series(range(blocks), dtype=pl.Int64), **empty, "contact_note": pl.Series([None] * blocks, dtype=pl.String)}
-    )  # fmt: skip
+    kinds = dict.fromkeys(CONTACT, pl.Float64) | {"contact_note": pl.String}
+    empty = {name: pl.Series([None] * blocks, dtype=kind) for name, kind in kinds.items()}
+    columns = pl.DataFrame({"block": pl.Series(range(blocks), dtype=pl.Int64), **empty})
     none = np.zeros(0, dtype=np.int64)
     return Stations(
         columns, none, np.zeros(0), np.empty((0, 3)), none, none, np.full(blocks, np.nan),
@@ -115,9 +114,8 @@ class CuttingMotions(NamedTuple):
             if steps[k].motion is not Motion.RAPID and steps[k].tool in tools
         ]  # fmt: skip
         moves, paths = [steps[k] for _, k in cuts], [toolpath.paths[k] for _, k in cuts]
-        block, tool = (
-            np.array(ids, dtype=np.int64) for ids in ([k for k, _ in cuts], [m.tool for m in moves])
-        )
+        block = np.array([number for number, _ in cuts], dtype=np.int64)
+        tool = np.array([m.tool for m in moves], dtype=np.int64)
         length = toolpath.length[[k for _, k in cuts]] if cuts else np.zeros(0)
         feed = np.array([move.feed_mm_min or nan for move in moves])
         lasts = np.array([move.duration_s or nan for move in moves])

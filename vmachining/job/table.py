@@ -112,9 +112,8 @@ EXACT_POWER = 22
 
 def readable(frame: pl.LazyFrame) -> pl.LazyFrame:
     """The table for a CSV file: every float as the decimal number of `DIGITS` digits that is nearest to it."""
-    return frame.with_columns(
-        pl.col(pl.Float64).map_batches(_rounded, return_dtype=pl.Float64, is_elementwise=True)
-    )
+    floats = pl.col(pl.Float64)
+    return frame.with_columns(floats.map_batches(_rounded, return_dtype=pl.Float64, is_elementwise=True))
 
 
 def _rounded(column: pl.Series) -> pl.Series:
@@ -153,29 +152,21 @@ class RowFile:
     def _trim(self, keep: int) -> None:
         """Leave exactly the first `keep` rows; rows after a checkpoint are made again."""
         with self.path.open("rb+") as file:
-            if file.readline().decode("utf-8", "replace") != HEADER:
-                raise JobError(
-                    "was started by another version of vmachining, with other columns", file=self.path,
-                    remedy="run again without --resume",
-                )  # fmt: skip
+            same = file.readline().decode("utf-8", "replace") == HEADER
             count = sum(line.endswith(b"\n") for line in islice(file, keep))
-            if count != keep:
-                raise JobError(
-                    f"holds {count} blocks where the checkpoint has {keep}", file=self.path,
-                    remedy="run again without --resume",
-                )  # fmt: skip
+            if not same or count != keep:
+                what = "was started by another version of vmachining, with other columns"
+                what = f"holds {count} blocks where the checkpoint has {keep}" if same else what
+                raise JobError(what, file=self.path, remedy="run again without --resume")
             file.seek(0)
             file.truncate(sum(map(len, islice(file, keep + 1))))
 
     def write(self, rows: Mapping[str, Any]) -> None:
         """Some rows, by columns; absent ones stay empty, as NaN does. A row is one line: `_trim` counts them."""
         n = len(rows["block"])
-        frame = pl.DataFrame(
-            {name: pl.Series(rows.get(name, [None] * n), dtype=kind) for name, kind in SCHEMA.items()}
-        )
-        frame = frame.with_columns(
-            pl.col(pl.Float64).fill_nan(None), pl.col(pl.String).str.replace_all(r"[\r\n]+", " ")
-        )
+        columns = {name: pl.Series(rows.get(name, [None] * n), dtype=kind) for name, kind in SCHEMA.items()}
+        one_line = pl.col(pl.String).str.replace_all(r"[\r\n]+", " ")
+        frame = pl.DataFrame(columns).with_columns(pl.col(pl.Float64).fill_nan(None), one_line)
         text = frame.write_csv(include_header=False)
         with writing(self.path):
             self._file.write(text)
@@ -216,11 +207,8 @@ def read_partial(path: Path, columns: Sequence[str] = tuple(COLUMNS)) -> pl.Data
 
 def refeed(path: Path, feed_mm_min: Floats, time_s: Floats) -> None:
     """Other feeds (mm/min, NaN for none) and times for the rows of a partial file, whose motions are the same."""
-    rows = (
-        _lazy(path)
-        .collect()
-        .with_columns(pl.Series("feed_mm_min", feed_mm_min).fill_nan(None), pl.Series("time_s", time_s))
-    )
+    feeds = pl.Series("feed_mm_min", feed_mm_min).fill_nan(None)
+    rows = _lazy(path).collect().with_columns(feeds, pl.Series("time_s", time_s))
     rate = pl.when(pl.col("time_s") > 0).then(60.0 * pl.col("removed_mm3") / pl.col("time_s"))
     with atomic_path(path) as temporary, _room(temporary):
         rows.with_columns(rate.alias("mrr_mm3_min")).write_csv(temporary)
@@ -276,12 +264,8 @@ def finish(
     estimates : columns block, and any of `COLUMNS` that take the place of those in the file; or None.
     """
     frame = _lazy(partial)
-    for more, said in (
-        (estimates, None),
-        (contact, "contact_note"),
-        (scheduled, "note"),
-        (opinion, "brep_note"),
-    ):
+    sources = (estimates, None), (contact, "contact_note"), (scheduled, "note"), (opinion, "brep_note")
+    for more, said in sources:
         if more is not None:
             frame = _joined(frame, more, said)
     frame = frame.select(list(COLUMNS))
