@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from html import escape
 from typing import NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.report.page import environment
 
 Scale = Callable[[Floats], Floats]
 
@@ -74,41 +74,13 @@ def chart(
     def up(v: Floats | float) -> Floats:
         return np.asarray(height - BOTTOM - (np.asarray(v) - low) / (high - low) * (height - TOP - BOTTOM))
 
-    out = [
-        f'<svg viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{escape(y)} over {escape(x)}" '
-        'style="width:100%;height:auto" font-size="12" fill="var(--muted)">'
-    ]
-    for v in ticks(low, high, 5):
-        at = float(up(v))
-        out.append(f'<path d="M{LEFT} {at:.1f}H{WIDTH - RIGHT}" stroke="var(--grid)"/>')
-        out.append(f'<text x="{LEFT - 8}" y="{at + 4:.1f}" text-anchor="end">{v:g}</text>')
-    for v in ticks(left, right, 10):
-        at = float(across(v))
-        out.append(f'<text x="{at:.1f}" y="{height - BOTTOM + 16}" text-anchor="middle">{v:g}</text>')
-    out.append(f'<text x="{WIDTH / 2:.0f}" y="{height - 6}" text-anchor="middle">{escape(x)}</text>')
-    middle = (height - BOTTOM + TOP) / 2
-    out.append(f'<text transform="translate(13 {middle:.0f}) rotate(-90)" text-anchor="middle">{escape(y)}</text>')  # fmt: skip
-    for name, v in levels:
-        at = float(up(v))
-        out.append(f'<path d="M{LEFT} {at:.1f}H{WIDTH - RIGHT}" stroke="var(--bad)" stroke-dasharray="6 5"/>')
-        out.append(f'<text x="{WIDTH - RIGHT - 4}" y="{at - 4:.1f}" text-anchor="end">{escape(name)}</text>')
-    for mark in marks:
-        at = float(across(mark.x))
-        out.append(
-            f'<g><title>{escape(mark.words)}</title><path d="M{at:.1f} {TOP}V{height - BOTTOM}" stroke="var(--{mark.colour})" '
-            f'stroke-opacity=".6"/></g>'
-        )  # fmt: skip
-    legend = []
-    for k, curve in enumerate(curves):
-        colour, dash = COLOURS[k % len(COLOURS)], ' stroke-dasharray="5 4"' if curve.dashed else ""
-        way = _way(curve, across, up)
-        out.append(f'<path d="{way}" fill="none" stroke="var(--{colour})" stroke-width="1.5"{dash}/>')
-        legend.append(
-            f'<span><i style="display:inline-block;width:22px;border-top:3px {"dashed" if curve.dashed else "solid"} '
-            f'var(--{colour});vertical-align:middle"></i> {escape(curve.name)}</span>'
-        )
-    words = f'<p class="caption" style="display:flex;flex-wrap:wrap;gap:4px 22px">{"".join(legend)}</p>'
-    return "".join([*out, "</svg>", words])
+    drawn = [(c, _way(c, across, up), COLOURS[k % len(COLOURS)]) for k, c in enumerate(curves)]
+    return environment().get_template("chart.svg.j2").render(
+        wide=WIDTH, tall=height, left=LEFT, right=WIDTH - RIGHT, low=height - BOTTOM, high=TOP, x=x, y=y, curves=drawn,
+        heights=[(v, float(up(v))) for v in ticks(low, high, 5)],
+        places=[(v, float(across(v))) for v in ticks(left, right, 10)],
+        levels=[(name, float(up(v))) for name, v in levels], marks=[(mark, float(across(mark.x))) for mark in marks],
+    )  # fmt: skip
 
 
 def _way(curve: Curve, across: Scale, up: Scale) -> str:

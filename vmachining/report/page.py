@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -69,17 +70,23 @@ def write_report(result: RunResult, path: Path) -> None:
     write_atomic(path, page)
 
 
+@cache
+def environment() -> jinja2.Environment:
+    """Templates of this room; every word is escaped."""
+    loader = jinja2.PackageLoader("vmachining", "report")
+    return jinja2.Environment(loader=loader, autoescape=True, undefined=jinja2.StrictUndefined)
+
+
 def rendered(template: str, data: Payload | None, *, script: str = "report.js", **words: Any) -> str:
     """A page with its style, its code (of `static`) and what it draws; every word is escaped."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("vmachining", "report"), autoescape=True, undefined=jinja2.StrictUndefined
-    )
     room = files("vmachining.report")
     css, code = ((room / name).read_text(encoding="utf-8") for name in ("page.css", f"static/{script}"))
     policy = f"sha256-{base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()}"
     drawn = "" if data is None else data.text
-    return environment.get_template(template).render(
-        css=css, js=code, policy=policy, data=drawn, **{"live": False} | words
+    return (
+        environment()
+        .get_template(template)
+        .render(css=css, js=code, policy=policy, data=drawn, **{"live": False} | words)
     )
 
 
