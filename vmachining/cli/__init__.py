@@ -7,8 +7,7 @@
 | `options.py` | `command`: a dataclass as a command; options that several commands have |
 | `main.py` | `main`: exceptions -> one message and an exit code |
 | `screen.py` | progress bar and messages on stderr, JSON on stdout |
-| `jobs.py`, `batch.py` | run, demo; batch |
-| `init.py` | init |
+| `jobs.py`, `demo.py`, `batch.py` | init, run, measure, merge, check, contact; demo; batch |
 | `nc.py`, `single.py` | nc check, nc moves; sweep |
 | `dda.py`, `engage.py`, `machine.py` (and post), `toolpath.py`, `times.py`, `force.py`, ... | the command or group of that name |
 

@@ -145,7 +145,7 @@ class Contact:
         return {"contact": self.blocks}
 
 
-@command(jobs, "init:init", "init part.nc", "init part.nc --out jobs/part.toml --force")
+@command(jobs, "jobs:init", "init part.nc", "init part.nc --out jobs/part.toml --force")
 class Init:
     """Write a commented job file from a program: dialect, units, tools and stock as far as the program gives them."""
 
