@@ -19,8 +19,7 @@ from tinyjob import FEED, JOB, write_job
 
 from vmachining.cli.main import run as command
 from vmachining.job import Job, run
-from vmachining.report.backplot import live_page
-from vmachining.report.live import Live, serve
+from vmachining.report.live import Live, live_page, serve
 from vmachining.report.paper import KINDS
 from vmachining.report.paper.body import nearest_faces
 from vmachining.report.payload import GROWING

@@ -233,8 +233,7 @@ def test_dark_narrow_and_print(browser, page):
 def test_a_run_in_hand_grows_on_the_page(browser, page, tmp_path):
     """Rows that the run has made, then more of them: curves, program and the part follow; then the frame shows the report."""
     from vmachining.job.folder import WORKING
-    from vmachining.report.backplot import live_page
-    from vmachining.report.live import Live, serve
+    from vmachining.report.live import Live, live_page, serve
 
     live = Live(tmp_path, "tiny", page=live_page(page.job))
     table, place = page.blocks, "document.querySelector('iframe').contentDocument"

@@ -160,7 +160,7 @@ def moves(o: Moves) -> int:
 
 def plot(o: Plot) -> int:
     from vmachining.job.toolpath import Toolpath
-    from vmachining.report.backplot import write_backplot
+    from vmachining.report.live import write_backplot
 
     name, machine = o.program, o.machine
     program = read(name, _on(o.reading, machine))

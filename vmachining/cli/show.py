@@ -202,7 +202,7 @@ def view(o: View) -> int:
 
 def _runs(file: Path, live: Live, engine: str | None, once: bool) -> int:
     """Run the job, then look at its files; a failure of the first run is that of the command."""
-    from vmachining.report.backplot import live_page
+    from vmachining.report.live import live_page
 
     first = True
     while True:
@@ -210,9 +210,7 @@ def _runs(file: Path, live: Live, engine: str | None, once: bool) -> int:
         live.progress("program", 0, 1)
         try:
             live.page = live_page(Job.load(file))
-            code = run_job(file, RunOptions(engine=engine), out=live.folder, told=live.progress)
-            if code == Code.INTERRUPTED:
-                return code
+            run_job(file, RunOptions(engine=engine), out=live.folder, told=live.progress)
             live.ended()
         except (VMachiningError, OSError) as exc:
             if first:

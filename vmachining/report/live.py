@@ -1,4 +1,5 @@
-"""A result directory served on loopback: the report in a frame, with what a run is doing above it.
+"""A result directory served on loopback: the report in a frame, with what a run is doing above it; and the page of a path,
+without a job (backplot) or while its run is in hand.
 
 The server hands out files that the manifest of the directory names, and nothing else; it answers only requests that
 name this machine as their host, so that no page from elsewhere can read along.
@@ -17,9 +18,14 @@ from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
 from vmachining.errors import InputError, JobError
-from vmachining.job.files import read_manifest
+from vmachining.job import Job
+from vmachining.job.files import read_manifest, write_atomic
 from vmachining.job.folder import WORKING
-from vmachining.report.payload import GROWING
+from vmachining.job.reading import read_job_program
+from vmachining.job.toolpath import Toolpath
+from vmachining.report.numbers import chip, number, plural
+from vmachining.report.page import PLOT_NOTE, rendered
+from vmachining.report.payload import GROWING, path_payload
 
 LOOPBACK = "127.0.0.1"
 REPORT = "report.html"
@@ -40,7 +46,7 @@ class Live:
     """What the page shows. folder : results. name : of the job. message : of a run that failed, or empty.
 
     stage, done, total : of the run in hand, as its progress tells them; total 0: none runs.
-    page : of the run in hand, see `backplot.live_page`; empty where none exists.
+    page : of the run in hand, see `live_page`; empty where none exists.
     """
 
     folder: Path
@@ -188,3 +194,42 @@ def serve(live: Live, port: int = 0) -> ThreadingHTTPServer:
         raise InputError(f"port {port}: {exc.strerror or exc}", remedy="take another, or 0 for any") from exc
     threading.Thread(target=server.serve_forever, name="vmachining-view", daemon=True).start()
     return server
+
+
+MAX_FINDINGS = 200
+"""Rows of the table; `nc check` prints them all."""
+
+
+def write_backplot(toolpath: Toolpath, path: Path) -> None:
+    """Write one page with the path, the program and the feeds to `path`, whole or not at all."""
+    write_atomic(path, _page(toolpath, None))
+
+
+def live_page(job: Job) -> str:
+    """The page of a run in hand: path, program, tools and raw stock; it asks its server for rows and cuts along.
+
+    Raises VMachiningError: Program, tools or stock cannot be used.
+    """
+    return _page(Toolpath.of(read_job_program(job), job.machine), job)
+
+
+def _page(toolpath: Toolpath, job: Job | None) -> str:
+    program, data = toolpath.program, path_payload(toolpath, job)
+    found = [(f.line, f.code, f.word, f.message) for f in program.findings[:MAX_FINDINGS]]
+    tools = plural(len({block.tool for block in toolpath.blocks}), "tool")
+    errors = len(program.errors)
+    note = "Drag to turn, wheel to zoom; click the path to mark its block."
+    if data.stride > 1:
+        note += f" One motion in {data.stride} is drawn."
+    if data.field:
+        note += f" {data.played}"
+    return rendered(
+        "backplot.html.j2", data,
+        name=Path(program.name).name if job is None else job.name,
+        subtitle=f"{program.dialect} · {plural(len(toolpath.blocks), 'block')} that move · {tools} · all lengths in mm",
+        chips=[chip("bad", plural(errors, "error")) if errors else chip("ok", "reads clean"),
+               chip("", f"path {number(sum(p.length for p in toolpath.paths), 5)} mm")],
+        picture=None, view_note=note, schedule=None, live=job is not None,
+        plot_note=PLOT_NOTE,
+        findings=found if job is None else [],
+    )  # fmt: skip

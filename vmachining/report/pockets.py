@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from math import radians, sin
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -41,30 +42,6 @@ SEEN_MM2 = 0.01
 """Areas below come from polygons in place of discs."""
 
 STEP_DEG = 2.0
-
-
-def shortest_over_shapes(share: float) -> tuple[Floats, list[list[str]]]:
-    """Which strategy is shortest, by the angles at the base.
-
-    share : radius of the cutter over the inradius of the pocket, 0 to 1.
-    Returns angles : (n,) degrees. names : n x n, [gamma][beta]; "" where the base would not be the longest side.
-    """
-    angles = np.arange(STEP_DEG, 90.0, STEP_DEG)
-    names = []
-    for gamma in angles:
-        row = []
-        for beta in angles:
-            alpha = 180.0 - beta - gamma
-            if alpha < max(beta, gamma):
-                row.append("")
-                continue
-            a, b, c = (100.0 * sin(radians(v)) for v in (alpha, beta, gamma))
-            r = share * Triangle.of(a, b, c, 1e-9).inradius
-            t = Triangle.of(a, b, c, r)
-            lengths = {s: path_length(pocket_path(t, s, centre=needs_centre(t))) for s in STRATEGIES}
-            row.append(min(lengths, key=lambda name: lengths[name]))
-        names.append(row)
-    return angles, names
 
 
 def rings(shape: BaseGeometry) -> list[Floats]:
@@ -111,24 +88,27 @@ def draw_pockets(triangle: Triangle, pockets: Sequence[Pocket], *, width_mm: flo
     return figure
 
 
-def draw_shortest(share: float, *, width_mm: float = 120.0) -> Figure:
+def draw_shortest(share: float) -> Figure:
     """Which strategy is shortest over the angles at the base. share : radius of the cutter over the inradius of the pocket."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
-    angles, names = shortest_over_shapes(share)
-    order = list(STRATEGIES)
-    index = np.array([[order.index(name) if name else np.nan for name in row] for row in names])
+    order, angles = list(STRATEGIES), np.arange(STEP_DEG, 90.0, STEP_DEG)
+    index = np.full((len(angles), len(angles)), np.nan)  # where the base would not be the longest side, too
+    for (row, gamma), (column, beta) in product(enumerate(angles), enumerate(angles)):
+        alpha = 180.0 - beta - gamma
+        if alpha >= max(beta, gamma):
+            a, b, c = (100.0 * sin(radians(v)) for v in (alpha, beta, gamma))
+            t = Triangle.of(a, b, c, share * Triangle.of(a, b, c, 1e-9).inradius)
+            lengths = [path_length(pocket_path(t, s, centre=needs_centre(t))) for s in order]
+            index[row, column] = int(np.argmin(lengths))
     with look():
-        figure = canvas(width_mm, 0.9 * width_mm)
+        figure = canvas(120.0, 108.0)
         axes = figure.subplots()
         colours = ListedColormap(list(COLOURS.values()))
         axes.pcolormesh(angles, angles, index, cmap=colours, vmin=-0.5, vmax=3.5)
-        axes.set(
-            xlabel="angle at the left end of the base, β (°)",
-            ylabel="angle at the right end, γ (°)",
-            aspect="equal",
-        )
+        axes.set(xlabel="angle at the left end of the base, β (°)", ylabel="angle at the right end, γ (°)")
+        axes.set_aspect("equal")
         met = [name for k, name in enumerate(order) if (index == k).any()]
         figure.legend(handles=[Patch(color=COLOURS[name], label=LABELS[name]) for name in met],
                       loc="outside upper center", ncols=2)  # fmt: skip
