@@ -139,14 +139,12 @@ class Noted(InProcess):
             with opened(folder / ANSWERS, "part") as saved:
                 state = saved.state
                 for k, share in enumerate(self._own):
-                    numbers, proven, named = (
-                        saved.arrays[f"{n}{share}"].tobytes() for n in ("numbers", "proven", "named")
-                    )
-                    self._numbers[k], self._proven[k], self._named[k] = (
-                        array("d", numbers),
-                        bytearray(proven),
-                        bytearray(named),
-                    )
+                    raw = {
+                        name: saved.arrays[f"{name}{share}"].tobytes()
+                        for name in ("numbers", "proven", "named")
+                    }
+                    self._numbers[k] = array("d", raw["numbers"])
+                    self._proven[k], self._named[k] = bytearray(raw["proven"]), bytearray(raw["named"])
             self._names, self._notes = list(state["names"]), [dict(notes) for notes in state["notes"]]
             self._engines = [
                 kind.load(folder / f"{k}.npz", **({"share": Share(k, shares)} if shares > 1 else {}))
