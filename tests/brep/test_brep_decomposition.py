@@ -8,7 +8,7 @@ import pytest
 from benchmarks.gauntlet import gauntlet_block
 from vmachining import BallNose
 from vmachining.engines.brep import held, solids
-from vmachining.engines.brep.envelopes.decomposition import Budget, _Work
+from vmachining.engines.brep.envelopes.decomposition import Budget, Makers, _Work
 from vmachining.engines.brep.occt.booleans import quiet
 from vmachining.sweep.folds import poses, standing
 
@@ -43,8 +43,7 @@ def test_poses_alone_cover_what_hardly_moves() -> None:
 def test_a_body_is_not_taken_for_one_that_is_gone() -> None:
     """Bodies are remembered while the parts of a block are tried; memory that is free again holds other ones."""
     path = gauntlet_block(944).path
-    work = _Work[float](
-        path, lambda body, *_: [body.points[:, 0].max()], lambda *_: [], lambda *_: [], Budget(), 3e-5
-    )  # type: ignore[arg-type]
+    makers = Makers(lambda body, *_: [body.points[:, 0].max()], lambda *_: [], lambda *_: [], Budget())
+    work = _Work[float](path, makers, 3e-5)  # type: ignore[arg-type]
     for diameter in range(2, 40):
         assert work._built(BallNose(diameter=diameter, length=60).profile, 0.0, 1.0) == [diameter / 2]

@@ -15,7 +15,6 @@ from vmachining.sweep.grazing import (
     across,
     chord,
     circles,
-    edge_open,
     folding,
     grazing_angles,
     grazing_stretches,
@@ -225,7 +224,8 @@ def test_discs_graze_along_their_chord_and_edges_between_their_fan():
         fan = np.linspace(0, 1, 2001)[:, None]
         n_r, n_z = np.sin(fan * pi / 2), -np.cos(fan * pi / 2)
         f = normal_speed(circles(now, 0.0, R, n_r, n_z), u)
-        assert (edge_open(side, bottom, u) == ((f.min(0) <= 0) & (f.max(0) >= 0))).all()
+        ends = normal_speed(side, u) * normal_speed(bottom, u)
+        assert ((ends <= 0) == ((f.min(0) <= 0) & (f.max(0) >= 0))).all()
 
 
 def test_folding_is_the_second_derivative_of_the_distance():

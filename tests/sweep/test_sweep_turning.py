@@ -103,16 +103,16 @@ def test_parts_continue_each_other(name):
 
 
 @pytest.mark.parametrize("name", TURNS)
-def test_turned_and_tip_bounds_are_bounds(name):
+def test_turned_bounds_are_bounds(name):
     turn = TURNS[name]
     fine = np.linspace(0, 1, 20001)
     arc = float(np.linalg.norm(np.diff(turn.axis(fine), axis=0), axis=1).sum())
     assert arc <= turn.rotation + 1e-12
     assert turn.rotation <= 1.01 * arc + 1e-12
     where = turn.position(fine)
-    assert (turn.tip_bounds[0] <= where.min(0) + 1e-12).all()
-    assert (turn.tip_bounds[1] >= where.max(0) - 1e-12).all()
-    assert turn.tip_bounds == pytest.approx(np.stack([where.min(0), where.max(0)]), abs=1e-3)
+    assert (turn.bounds[0] <= where.min(0) + 1e-12).all()
+    assert (turn.bounds[1] >= where.max(0) - 1e-12).all()
+    assert turn.bounds == pytest.approx(np.stack([where.min(0), where.max(0)]), abs=1e-3)
     assert turn.length == pytest.approx(
         np.linalg.norm(np.diff(where, axis=0), axis=1).sum(), rel=1e-4, abs=1e-9
     )

@@ -62,14 +62,14 @@ def test_tips_lie_on_the_workpiece_of_the_mesh_engine() -> None:
         theirs.cut(sweep, number)
     found = theirs.surface()
     mesh = MeshStock(found.vertices, found.triangles)
-    v = ours.along
+    v, laid = ours.along, ours.along.laid
     measured = (
-        (v.length > v.low) & (v.behind == 0) & (v.length < settings.depth - 1e-6) & (np.abs(v.length) > 1e-5)
+        (v.length > laid.low) & ~laid.behind & (v.length < settings.depth - 1e-6) & (np.abs(v.length) > 1e-5)
     )
-    tips = (v.point + v.length[:, None] * v.normal)[measured]
+    tips = (laid.point + v.length[:, None] * laid.normal)[measured]
     assert measured.sum() > 300
     off = np.abs(mesh.signed_distance(tips))
-    again = ours.part.meet(v.point[measured], v.normal[measured], settings.depth)
+    again = ours.part.meet(laid.point[measured], laid.normal[measured], settings.depth)
     open_ = (
         v.length[measured] < again - 1e-6
     )  # those that end at the part itself say nothing of the workpiece
@@ -103,5 +103,5 @@ def test_tips_lie_on_the_sweep_that_made_them(sweep: Sweep) -> None:
     found.cut(sweep)
     hit = (found.length < 20.0) & (found.length > -5.0)
     assert hit.sum() > 80
-    tips = found.point + found.length[:, None].astype(float) * found.normal
+    tips = found.laid.point + found.length[:, None].astype(float) * found.laid.normal
     assert np.abs(sweep.signed_distance(tips[hit])).max() <= 1e-5

@@ -42,7 +42,7 @@ def test_vectors_are_as_short_as_block_by_block() -> None:
     for a, b in pairwise(NEST):
         one.cut(block(a.tolist(), b.tolist()))
     found = ball_vectors(
-        NEST, R, Points(one.point, one.normal, np.zeros(len(one), int)), 12.0, 40.0, shank=55.0
+        NEST, R, Points(one.laid.point, one.laid.normal, np.zeros(len(one), int)), 12.0, 40.0, shank=55.0
     )
     assert (found < 12.0).sum() > 200
     assert np.array_equal(found, one.length)

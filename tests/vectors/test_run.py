@@ -250,7 +250,7 @@ def test_many_blocks_at_once_are_blocks_one_after_the_other(whole: tuple[Path, v
     assert isinstance(many, VectorEngine)
     assert np.array_equal(one.upright.lengths, many.upright.lengths, equal_nan=True)
     assert np.array_equal(one.along.length, many.along.length)
-    assert np.array_equal(one.along.behind, many.along.behind)
+    assert np.array_equal(one.along.laid.behind, many.along.laid.behind)
     assert "shank touches the stock" in " ".join(result.blocks["warning"].drop_nulls())
 
 

@@ -15,7 +15,6 @@ CELLS = 256
 def body_bounds(profile: Profile, path: Turn) -> Floats:
     """(2, 3) mm: a box that surely holds the sweep.
 
-
     The support of the body along a direction d is the largest d . p(t) over its points. A point of the body
     stays within |p''| w^2 / 8 of its chord over a time interval w, hence the support is at most the
     larger of the supports at both ends plus that. |p''| <= |c''| + (|A''| + |A'|^2) R without spin, R the

@@ -17,7 +17,7 @@ where the two poses cross. So the sweep of a tool is the union of
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -151,11 +151,8 @@ def _heights(profile: Profile, path: Turn, t: float, depth: float) -> tuple[floa
             bend = np.full(len(z), 1.0 / s.radius if s.is_arc else 0.0)
             deep = folding(now, z, r, out, up, np.nan_to_num(u), bend) < -8.0 * depth
             found += z[deep & np.isfinite(u) & (r > 0.0) & (np.abs(out) > 1e-9)].tolist()
-        if (
-            near
-            and ring is not None
-            and lift * abs(np.sin(ring[1])) < SLIDES * np.sqrt(size) * profile.max_radius
-        ):
+        slow = lift * abs(np.sin(ring[1])) < SLIDES * np.sqrt(size) * profile.max_radius if ring else False
+        if near and ring is not None and slow:
             found.append(ring[0])
     return (min(found), max(found)) if found else (np.nan, np.nan)
 
@@ -181,20 +178,25 @@ def _circles(
     return s.z0 + x * high, s.r0 + x * (s.r1 - s.r0), np.full(len(x), b0), ring
 
 
-def _poses_needed(profile: Profile, path: Turn, slab: Slab, gap: float, most: int) -> int | None:
-    """Least number of equal parts of a block whose ends cover a slab to `gap` mm; None above `most`.
+def least_count(missing: Callable[[int], float], gap: float, most: int) -> int | None:
+    """Least number of equal parts of a block between which at most `gap` mm are missing; None above `most`.
 
     What is missing falls with the square of the number, beside sharp edges with the number: three looks are enough.
     """
-    count, missing = 1, uncovered(profile, path, slab, 1)
+    count, left = 1, missing(1)
     for order in (2, 1):
-        if missing <= gap:
+        if left <= gap:
             break
-        count = int(np.ceil(1.05 * count * (missing / gap) ** (1.0 / order)))
+        count = int(np.ceil(1.05 * count * (left / gap) ** (1.0 / order)))
         if count > most:
             return None
-        missing = uncovered(profile, path, slab, count)
-    return count if missing <= gap else None
+        left = missing(count)
+    return count if left <= gap else None
+
+
+def _poses_needed(profile: Profile, path: Turn, slab: Slab, gap: float, most: int) -> int | None:
+    """Least number of equal parts of a block whose ends cover a slab to `gap` mm; None above `most`."""
+    return least_count(lambda count: uncovered(profile, path, slab, count), gap, most)
 
 
 def plans(profile: Profile, path: Turn, depth: float, gap: float, most: int) -> Iterator[tuple[Slab, int]]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,10 +58,7 @@ class Sweep:
     (circle or helix about x, y or z; both with the axis along +z) or a `Turn`. `tool` is a cutter, of which
     the whole body up to its length sweeps, or a `Profile`.
 
-    Raises
-    ------
-    SweepError
-        A tip or axis that is not finite or has the wrong shape, an axis of length zero, opposite axes.
+    Raises SweepError: A tip or axis that is not finite or has the wrong shape, an axis of length zero, opposite axes.
     """
 
     profile: Profile
@@ -92,12 +89,16 @@ class Sweep:
         profile = tool.profile if isinstance(tool, Cutter) else tool
         if not isinstance(profile, Profile):
             raise SweepError(f"tool must be a cutter or a Profile, got {type(tool).__name__}")
-        object.__setattr__(self, "profile", profile)
-        object.__setattr__(self, "path", path)
-        object.__setattr__(self, "_known", {})
-        object.__setattr__(self, "_box", None)
-        object.__setattr__(self, "_rows", None)
-        object.__setattr__(self, "_turned", None)
+        given: dict[str, Any] = {
+            "profile": profile,
+            "path": path,
+            "_known": {},
+            "_box": None,
+            "_rows": None,
+            "_turned": None,
+        }
+        for name, value in given.items():
+            object.__setattr__(self, name, value)
 
     def _moved(self) -> Packed | None:
         """Rows of `rotating/`, made when they are first asked for: milliseconds, and most sweeps of a run never are."""
@@ -115,11 +116,8 @@ class Sweep:
     def upright(self) -> tuple[Sweep, Floats] | None:
         """The same sweep seen from a tool whose axis keeps its direction, None if the axis turns.
 
-        Returns
-        -------
-        (Sweep, (3, 3) float)
-            A sweep with the axis along +z, and the rotation Q to its frame: x in this sweep where Q x in
-            that one. None also where the axis is steady but the tip does not move in a straight line.
+        Returns (Sweep, (3, 3) float): A sweep with the axis along +z, and the rotation Q to its frame: x in this sweep
+        where Q x in that one. None also where the axis is steady but the tip does not move in a straight line.
         """
         if not isinstance(self.path, Turn):
             return self, np.eye(3)
@@ -133,14 +131,9 @@ class Sweep:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: cutter, motion and box."""
-        facts = [
-            (
-                "cutter",
-                f"radius {self.profile.max_radius:g} mm, height {self.profile.z_max - self.profile.z_min:g} mm",
-            ),
-            ("motion", repr(self.path)),
-            ("box, mm", box_words(*self.bounds)),
-        ]
+        p = self.profile
+        facts = [("cutter", f"radius {p.max_radius:g} mm, height {p.z_max - p.z_min:g} mm")]
+        facts += [("motion", repr(self.path)), ("box, mm", box_words(*self.bounds))]
         return facts_html("Sweep", facts)
 
     def plot(self) -> Figure:
@@ -193,10 +186,7 @@ class Sweep:
     def flux(self, wanted: float = 5e-6) -> FluxVolume:
         """Volume with its parts and error estimate, of a `Turn` or an arc of any axis; see `flux_volume`.
 
-        Raises
-        ------
-        SweepError
-            The path is straight: `volume` knows a formula.
+        Raises SweepError: The path is straight: `volume` knows a formula.
         """
         moved = self._moved()
         if moved is None:
@@ -208,10 +198,7 @@ class Sweep:
     def split(self, fractions: Sequence[float]) -> list[Sweep]:
         """Sweeps of the pieces between consecutive fractions of the path, rising in (0, 1).
 
-        Raises
-        ------
-        SweepError
-            Fractions that do not rise between 0 and 1.
+        Raises SweepError: Fractions that do not rise between 0 and 1.
         """
         ends = [0.0, *fractions, 1.0]
         if not np.isfinite(ends).all() or (np.diff(ends) < 0).any():
@@ -219,25 +206,14 @@ class Sweep:
         return [Sweep.along(self.profile, piece) for piece in self.path.split(fractions)]
 
     def signed_distance(self, points: ArrayLike) -> Floats:
-        """Distance of points to the sweep, negative inside.
+        """(n,) mm, distance of points (n, 3) mm to the sweep, negative inside.
 
-        Parameters
-        ----------
-        points : (n, 3) float
-            mm.
+        Outside it is the distance. Inside, its absolute value is the largest depth below the surface of the body (or of a
+        convex piece of it) over all poses, which never exceeds the depth below the surface of the sweep. It is 1-Lipschitz and
+        zero exactly on the boundary, both to 1e-11 mm; to 1e-7 mm where a surface of a curved motion slides nearly along
+        itself (shallow helices).
 
-        Returns
-        -------
-        (n,) float
-            mm. Outside it is the distance. Inside, its absolute value is the largest depth below the surface
-            of the body (or of a convex piece of it) over all poses, which never exceeds the depth below the
-            surface of the sweep. It is 1-Lipschitz and zero exactly on the boundary, both to 1e-11 mm; to
-            1e-7 mm where a surface of a curved motion slides nearly along itself (shallow helices).
-
-        Raises
-        ------
-        SweepError
-            Points of a wrong shape or not finite.
+        Raises SweepError: Points of a wrong shape or not finite.
         """
         return self._distances(points, -np.inf)
 
@@ -263,31 +239,17 @@ class Sweep:
     ) -> RayIntervals:
         """Where whole lines are inside the sweep, or parts of them.
 
-        Parameters
-        ----------
-        origins, directions : (n, 3) float
-            mm; one direction (3,) serves all origins. Directions are normalised.
-        between : (n, 2) float, optional
-            mm along each line: only this part of it is asked about. Where the tool turns that is faster, as it need not be
-            proved what lies beyond.
+        origins, directions : (n, 3) mm; one direction (3,) serves all origins. Directions are normalised.
+        between : (n, 2) mm along each line: only this part of it is asked about. Where the tool turns that is faster, as it
+            need not be proved what lies beyond.
+        Returns disjoint intervals, rising; both ends to about 1e-11 mm where the ray crosses the surface, less where it grazes
+            it (the square root of that in the worst case).
+        Raises SweepError: Wrong shapes, values that are not finite, a direction of length zero.
 
-        Returns
-        -------
-        RayIntervals
-            Disjoint, rising; both ends to about 1e-11 mm where the ray crosses the surface, less where it
-            grazes it (the square root of that in the worst case).
-
-        Raises
-        ------
-        SweepError
-            Wrong shapes, values that are not finite, a direction of length zero.
-
-        Notes
-        -----
-        Straight motions: one interval per convex piece, by Newton's method on a convex function, nothing can
-        be missed. Others: planes that move with the tool prove what is covered, see `vmachining.sweep.rotating`;
-        a chord or a gap that is less than 1e-11 mm deep at a tangent point, that is shorter than sqrt(8e-11 r)
-        (0.03 micrometre for r = 12 mm), may be bridged or missed.
+        Straight motions: one interval per convex piece, by Newton's method on a convex function, nothing can be missed. Others:
+        planes that move with the tool prove what is covered, see `vmachining.sweep.rotating`; a chord or a gap that is less
+        than 1e-11 mm deep at a tangent point, that is shorter than sqrt(8e-11 r) (0.03 micrometre for r = 12 mm), may be
+        bridged or missed.
         """
         where = _points(origins, "origins")
         heading = _points(directions, "directions", single=True)
@@ -414,8 +376,7 @@ def _between(start: Place, end: Place) -> Line | Turn:
 def _points(values: ArrayLike, name: str, *, single: bool = False) -> Floats:
     """Checked (n, 3) array; one row (3,) is welcome where `single`."""
     try:
-        return rows(
-            np.atleast_2d(np.asarray(values, dtype=np.float64)) if single else values, -1, 3, name=name
-        )
+        values = np.atleast_2d(np.asarray(values, dtype=np.float64)) if single else values
+        return rows(values, -1, 3, name=name)
     except (ValueError, TypeError) as exc:
         raise SweepError(f"{name}: {str(exc).removeprefix(f'{name}: ')}") from exc

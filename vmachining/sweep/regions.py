@@ -11,14 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, Ints
-from vmachining.sweep.grazing import (
-    across,
-    circles,
-    grazing_angles,
-    grazing_stretches,
-    instant,
-    whole_meridian,
-)
+from vmachining.sweep.grazing.condition import across, circles, grazing_angles, instant
+from vmachining.sweep.grazing.faces import grazing_stretches, whole_meridian
 from vmachining.sweep.motion import Sweep
 
 REGIONS = ("ingress", "grazing", "egress")
@@ -50,9 +44,8 @@ def grazing_points(sweep: Sweep, t: float, n: int = 60) -> list[Floats]:
     found = []
     for s in whole_meridian(sweep.profile):
         for lo, hi in grazing_stretches(s, now):
-            p = lo + (hi - lo) * (
-                0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, n))
-            )  # close where u turns fast
+            # close where u turns fast
+            p = lo + (hi - lo) * (0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, n)))
             beta = p if s.is_arc else np.full(n, s.beta[0])
             if s.is_arc:
                 h, rho = s.cz + s.radius * np.sin(beta), s.cr + s.radius * np.cos(beta)
@@ -61,9 +54,8 @@ def grazing_points(sweep: Sweep, t: float, n: int = 60) -> list[Floats]:
             else:
                 h, rho = p, s.r0 + (s.r1 - s.r0) * (p - s.z0) / (s.z1 - s.z0)
             of = circles(now, h, rho, np.cos(beta), np.sin(beta))
-            rear = of.heading + np.where(
-                of.c > 0.0, np.pi, 0.0
-            )  # where both branches meet, at a tangent circle
+            # where both branches meet, at a tangent circle
+            rear = of.heading + np.where(of.c > 0.0, np.pi, 0.0)
             for u in grazing_angles(of).T:
                 u = np.where(np.isnan(u), rear, u)[:, None]
                 found.append(now.tip + h[:, None] * now.axis + rho[:, None] * (np.cos(u) * x + np.sin(u) * y))

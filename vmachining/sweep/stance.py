@@ -38,7 +38,6 @@ class Stance(NamedTuple):
     def on(cls, path: Motion, t: float) -> Stance:
         """The tool at t in [0, 1] of a path.
 
-
         theta_B = asin(A_x), theta_A = atan2(-A_y, A_z); a positive theta_A leans the tool to -y.
         """
         now = instant(path, t)
@@ -72,7 +71,6 @@ class Stance(NamedTuple):
 
     def normal_speed(self, edge: Edge, phi: Floats, piece: Ints, s: Floats) -> Floats:
         """(n,) mm per block, N . V of points of the edge: positive where the surface meets new material.
-
 
         A point at h A + rho m moves with V + h Adot - rho (m . Adot) A when the tool turns without spin, hence
         N . V = n_r m . V + n_z A . V + (h n_r - rho n_z) m . Adot. The velocity of the centre of an arc of the

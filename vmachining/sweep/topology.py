@@ -91,7 +91,6 @@ def breaks(sweep: Sweep) -> Floats:
 def changes(sweep: Sweep) -> list[Change]:
     """All changes in order of time; those closer than 1e-6 share one time.
 
-
     Every function of time is made of scalar products whose sizes and slopes are bounded over the block. A
     interval where |g(a)| + |g(b)| exceeds the slope times its length has no root; the others are halved. A
     sign change is then solved, a touch is kept if it is a zero to 1e-10 of the function's size. Two roots less
@@ -236,10 +235,8 @@ def _roots(g: Function, forms: Callable[[Floats], Forms], grid: Floats, known: F
         lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
         at_lo, at_hi = np.concatenate([at_lo, between]), np.concatenate([between, at_hi])
 
-    from scipy.optimize import (  # half of what a command takes to start, for turning tools only
-        brentq,
-        minimize_scalar,
-    )
+    # half of what a command takes to start, for turning tools only
+    from scipy.optimize import brentq, minimize_scalar
 
     def value(t: float) -> float:
         return float(g(forms(np.array([t]))).value[0])

@@ -65,14 +65,7 @@ class Turn:
         return cls.through(start.cl, end.cl, "axis", start.axis, end.axis)
 
     @classmethod
-    def rotary(
-        cls,
-        cl0: ArrayLike,
-        cl1: ArrayLike,
-        chain: str,
-        angles0: Angles,
-        angles1: Angles,
-    ) -> Turn:
+    def rotary(cls, cl0: ArrayLike, cl1: ArrayLike, chain: str, angles0: Angles, angles1: Angles) -> Turn:
         """Interpolation `rotary`: the tip and both rotary angles move linearly.
 
         cl0, cl1 : (3,) mm, tips.
@@ -211,16 +204,11 @@ class Turn:
         return self.is_steady and bool(np.abs(self.axis(0.0) - [0.0, 0.0, 1.0]).max() <= 1e-12)
 
     @property
-    def tip_bounds(self) -> Floats:
+    def bounds(self) -> Floats:
         """(2, 3) mm: a box around the path of the tip, at most |c''| / (8 256^2) too large."""
         where = self.position(np.linspace(0.0, 1.0, CELLS + 1))
         slack = 0.0 if self.is_straight else self.tip_series.bound(2) / (8.0 * CELLS**2)
         return np.stack([where.min(axis=0) - slack, where.max(axis=0) + slack])
-
-    @property
-    def bounds(self) -> Floats:
-        """(2, 3) mm: `tip_bounds`, under the name that lines and arcs use."""
-        return self.tip_bounds
 
     def split(self, fractions: Sequence[float]) -> list[Turn]:
         """Pieces between consecutive fractions (0 and 1 are added)."""

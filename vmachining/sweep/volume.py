@@ -57,7 +57,6 @@ def line_volume(profile: Profile, travel: Floats) -> float | None:
 def shadow(profile: Profile, level: float, rise: float) -> float:
     """mm^2 of the parallel projection of a convex body along the unit direction (level, 0, rise).
 
-
     Half the integral of |n . d| over the surface. Around one circle n . d = a cos u + c with a = n_r level,
     c = n_z rise, and the integral of |a cos u + c| over u is 4 (sqrt(a^2 - c^2) + c asin(c / a)) for
     a > |c|, else 2 pi |c|. Lines have one normal; arcs are integrated over its angle, with breaks where
@@ -89,7 +88,6 @@ def shadow(profile: Profile, level: float, rise: float) -> float:
 def arc_volume(profile: Profile, rc: float, angle: float) -> float:
     """mm^3 of any body carried around a horizontal arc, by any angle; the axis may lie in the body.
 
-
     A disc covers rc |theta| 2 rho + pi rho^2 as long as it enters no point twice; `_excess` is what is
     missing, height by height. From a full turn on, the disc covers the ring pi ((rc + rho)^2 - (rc - rho)^2)
     and, if it contains the axis, the disc of radius rho - rc that the ring leaves.
@@ -109,7 +107,6 @@ def arc_volume(profile: Profile, rc: float, angle: float) -> float:
 
 def helix_volume(profile: Profile, path: Arc) -> float | None:
     """V(K) + length * shadow, if it can be shown that no point is entered twice; else None.
-
 
     A point at distance s from the axis of the helix is in the body while rho^2 = s^2 + rc^2 - 2 s rc cos psi
     is below r(z)^2, which needs |psi| <= asin(R / rc) for rc > R. One visit per turn, and only one turn that
@@ -137,7 +134,6 @@ def helix_volume(profile: Profile, path: Arc) -> float | None:
 
 def _excess(rho: Floats, rc: float, theta: float) -> Floats:
     """mm^2 by which a disc carried around an arc covers less than rc theta 2 rho + pi rho^2.
-
 
     At distance s from the axis the disc spans the angle 2 g(s), cos g = (s^2 + rc^2 - rho^2) / (2 s rc), and
     covers min(2 g + theta, 2 pi). The integral of s (2 g + theta) over |rc - rho| < s < rc + rho, plus the
@@ -185,9 +181,9 @@ def _over_height(s: Segment, f: Callable[[Floats], Floats], radii: Sequence[floa
 
 
 @cache
-def _rule() -> tuple[Floats, Floats]:
-    """Gauss-Legendre on [0, 1] after x = 3 t^2 - 2 t^3, which smooths half-integer powers at both ends."""
-    t, w = np.polynomial.legendre.leggauss(NODES)
+def smooth_rule(n: int) -> tuple[Floats, Floats]:
+    """n nodes of Gauss-Legendre on [0, 1] after x = 3 t^2 - 2 t^3, which smooths half-integer powers at both ends."""
+    t, w = np.polynomial.legendre.leggauss(n)
     t, w = 0.5 * (t + 1.0), 0.5 * w
     return t * t * (3.0 - 2.0 * t), w * 6.0 * t * (1.0 - t)
 
@@ -196,5 +192,5 @@ def _gauss(f: Callable[[Floats], Floats], breaks: Sequence[float]) -> float:
     """Integral from the first to the last of `breaks`, piece by piece between those that lie inside."""
     lo, hi = breaks[0], breaks[-1]
     inside = sorted({lo, hi, *(b for b in breaks[1:-1] if lo < b < hi)})
-    x, w = _rule()
+    x, w = smooth_rule(NODES)
     return sum(float((b - a) * (w @ f(a + (b - a) * x))) for a, b in pairwise(inside))

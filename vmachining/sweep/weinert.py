@@ -38,7 +38,6 @@ class Frame(NamedTuple):
 def moving_frame(axis: ArrayLike, rate: ArrayLike, velocity: ArrayLike) -> Frame:
     """Frame of eq. 3-2 where the axis turns, of eq. 3-3 (corrected) where it does not.
 
-
     3-2: e2 along dA/dt, e3 = e1 x e2, so that omega = |dA/dt| e3 without spin. 3-3 is printed as a copy of
     3-2; what 3-19 needs is e3 along A x V_E and e2 = e3 x e1, so that e3 . V_E = 0 and e2 . V_E > 0. Where V_E
     is along the axis too, any frame will do.
@@ -88,7 +87,6 @@ def torus_normal_speed(
 ) -> Floats:
     """Eq. 3-15: N . V_P on the corner, mm per unit of time. It does not depend on R2.
 
-
     sin v D(u) - cos v num(u) with num = e1 . V_E - R1 |dA/dt| cos u and D = e2 . V_E cos u + e3 . V_E sin u.
     The text after 3-14 says V_P = V_E; only the part with R2 falls out, the part with R1 stays.
     """
@@ -121,7 +119,6 @@ def torus_arcs(
     *, axis: ArrayLike, velocity: ArrayLike, rate: ArrayLike, R1: float
 ) -> list[tuple[float, float]]:
     """Intervals (lo, hi) of u, rad, in which `torus_profile` is defined; hi may exceed pi.
-
 
     The ends are the zeros of D (eq. 3-17: tan u_t = -e2 . V_E / e3 . V_E, two roots pi apart; there v = pi / 2
     and the cylinder continues) and those of num (cos u = e1 . V_E / (R1 |dA/dt|); there v = 0 and the chord of
@@ -171,7 +168,6 @@ def torus_terms(
 
     m : (..., 3) unit, square to the axis. axis, velocity, rate : (..., 3) that broadcast against it: e1, V_E, dA/dt.
 
-
     num = e1 . V_E - R1 m . dA/dt and D = m . V_E, so the normal speed at the angle v is sin v D - cos v num; in the frame
     of the source m = e2 cos u + e3 sin u and m . dA/dt = |dA/dt| cos u. Any direction of the frame will do.
     """
@@ -181,7 +177,6 @@ def torus_terms(
 
 def torus_angle(num: Floats, D: Floats, middle: float) -> Floats:
     """Eq. 3-16 on any arc of a meridian: the normal angle v of the grazing point within pi / 2 of `middle`, rad.
-
 
     tan v = num / D has two roots half a turn apart; measured from the middle of the arc, rounding at its ends does not
     choose between them.

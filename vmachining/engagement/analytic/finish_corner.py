@@ -59,7 +59,6 @@ def corner_circle(r: float, radius: ArrayLike, lean: ArrayLike, tilt: ArrayLike,
     r : of the corner. radius : signed, R > 0 convex. lean : th, outward lean of w. tilt : delta, outward tilt of the
     profile's normal over C. cs : vertical distance of the circle over C in this plane.
 
-
     O4 = r w, O3 = (-R sin delta, Cs - R cos delta): a cos lam + b sin lam = g with d = O4 - O3, a = -w.d, b = e_r.d,
     g = (R^2 - r^2 - d.d) / (2 r); lam = tau - acos(g/k) convex, tau + acos(g/k) concave.
     """

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.envelopes.decomposition import POSES, Budget, Soft, decomposed
+from vmachining.engines.brep.envelopes.decomposition import POSES, Budget, Makers, Soft, decomposed
 from vmachining.engines.brep.envelopes.fixed_axis import FixedAxis, halves
 from vmachining.engines.brep.envelopes.pieces import Piece, turn_pieces
 from vmachining.engines.brep.envelopes.pockets import pockets
@@ -171,16 +171,16 @@ def _convex(profile: Profile, path: Turn, fit_mm: float, miss_mm: float) -> list
             return found
         return []
 
-    return decomposed(profile, path, build, _about_fixed_axis, filled, budget, miss_mm)
+    return decomposed(profile, path, Makers(build, _about_fixed_axis, filled, budget), miss_mm)
 
 
 def _gated(piece: Piece, exact: float, off_mm: float) -> Swept:
     """A solid that the grazing curve draws, of the volume that it must have."""
     found = _inspected(piece.built.builder.solid(), piece.built.fit_mm + off_mm)
-    if abs(found.report.volume - exact) > SWEPT_REL[True] * exact:
+    volume = found.report.volume
+    if abs(volume - exact) > SWEPT_REL[True] * exact:
         raise EngineError(
-            f"swept solid of {found.report.volume:.9g} mm3, the flux identity gives {exact:.9g}",
-            engine="brep",
+            f"swept solid of {volume:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
         )
     return found
 

@@ -96,9 +96,8 @@ def compared(sweep: Sweep, shapes: Sequence[Any], fit_mm: float) -> tuple[float,
     union = Union(shapes)
     wrong = int((union.holds(points[clear]) != (distance[clear] < 0.0)).sum())
     if wrong:
-        raise EngineError(
-            f"the solids are wrong at {wrong} of {clear.sum()} points by exact distances", engine="brep"
-        )
+        what = f"the solids are wrong at {wrong} of {clear.sum()} points by exact distances"
+        raise EngineError(what, engine="brep")
     faces = [face for shape in shapes for face in faces_of(shape)]
     on = np.concatenate([points_on(face, -(-ON // (2 * len(faces))), rng) for face in faces])
     deep = sweep.signed_distance(on)
@@ -135,7 +134,6 @@ def _read_back(path: Path, wanted: Sequence[float]) -> float:
     strange = difference(back, wanted)
     if strange:
         path.unlink()
-        raise EngineError(
-            f"{path.name} reads back with {strange}; split the block, or write STL", engine="brep"
-        )
+        what = f"{path.name} reads back with {strange}; split the block, or write STL"
+        raise EngineError(what, engine="brep")
     return float(sum(back))

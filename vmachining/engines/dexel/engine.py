@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import reduce
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any, Self
 
@@ -118,15 +118,14 @@ class DexelEngine(Summed):
     def _alike(self, grid: RayGrid, requests: Sequence[Request], live: Sequence[int], at: int) -> list[int]:
         """Numbers of the requests from `live[at]` on that one kernel call takes: cuts of one cutter along lines."""
         top, upright = float(self._box[1, 2]), grid.lattice.axis == 2
-        group = list[int]()
-        for k in live[at:]:
+
+        def fits(k: int) -> bool:
             sweep = requests[k].sweep
             if not requests[k].cuts or sweep.profile is not requests[live[at]].sweep.profile:
-                break
-            if not (takes_line(sweep, top) if upright else takes_side(sweep)):
-                break
-            group.append(k)
-        return group
+                return False
+            return takes_line(sweep, top) is not None if upright else takes_side(sweep)
+
+        return list(takewhile(fits, live[at:]))
 
     def _together(self, grid: RayGrid, requests: Sequence[Request]) -> list[Look] | None:
         """What some requests that are alike take; None where none exist, or where rays have several intervals."""
@@ -154,9 +153,8 @@ class DexelEngine(Summed):
             return []
         start, end = tips[:-1].copy(), tips[1:].copy()
         ramps = (start[:, 2] != end[:, 2]) & (start[:, :2] != end[:, :2]).any(axis=1)
-        level = bool((start[:, 2] == end[:, 2]).all()) and bool(
-            (start[:, :2] != end[:, :2]).any(axis=1).all()
-        )
+        across = (start[:, :2] != end[:, :2]).any(axis=1)
+        level = bool(((start[:, 2] == end[:, 2]) & across).all())
         shape, probe = round_end(profile), Sweep(profile, start[0], end[0])
         upright = shape is not None and float(tips[:, 2].min()) + shape.top >= self._box[1, 2]
         upright = upright and not (shape is not None and shape.r1 > 0.0 < shape.rc and ramps.any())

@@ -94,9 +94,7 @@ class RayGrid:
         """(n, 3) mm, ends of all intervals, and (n,) the blocks that made them."""
         lists, count = self.lists, self.lists.parts.astype(np.int64)
         ray = np.repeat(np.arange(len(count)), count)
-        rows = (
-            np.repeat(lists.first, count) + np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count)
-        )
+        rows = np.repeat(lists.first - np.cumsum(count) + count, count) + np.arange(len(ray))
         points = np.repeat(places(self.lattice)[ray], 2, axis=0)
         points[0::2, self.lattice.axis], points[1::2, self.lattice.axis] = lists.low[rows], lists.high[rows]
         return points, np.column_stack([lists.below[rows], lists.above[rows]]).reshape(-1).astype(np.int64)
@@ -159,13 +157,12 @@ class RayGrid:
         threads = min(len(rays) // THREADED, os.cpu_count() or 1) if len(rays) >= 2 * THREADED else 1
         if threads < 2:
             return sweep.ray_intervals(where, way, between=part)
+
+        def some(which: Ints) -> RayIntervals:
+            return sweep.ray_intervals(where[which], way, between=part[which])
+
         with ThreadPoolExecutor(threads) as pool:
-            parts = list(
-                pool.map(
-                    lambda some: sweep.ray_intervals(where[some], way, between=part[some]),
-                    np.array_split(np.arange(len(rays)), threads),
-                )
-            )
+            parts = list(pool.map(some, np.array_split(np.arange(len(rays)), threads)))
         return RayIntervals(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
     def take(self, rays: Ints, ends: Ints, inside: RayIntervals, block: int, length: Floats) -> None:
@@ -179,8 +176,6 @@ class RayGrid:
 
     def grow(self) -> None:
         """Twice as many rows of the flat arrays."""
-        flat = {
-            name: np.concatenate([getattr(self.lists, name), np.zeros_like(getattr(self.lists, name))])
-            for name in ("low", "high", "below", "above")
-        }
-        self.lists = self.lists._replace(**flat)
+        flat = {name: getattr(self.lists, name) for name in ("low", "high", "below", "above")}
+        twice = {name: np.concatenate([values, np.zeros_like(values)]) for name, values in flat.items()}
+        self.lists = self.lists._replace(**twice)

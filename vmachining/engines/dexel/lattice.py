@@ -65,17 +65,8 @@ def lattice(bounds: Floats, axis: int, spacing: float) -> Lattice:
     na, nb = (max(1, int(np.ceil(size[k] / spacing - 1e-9))) for k in (a, b))
     rng = np.random.default_rng(axis)
     sa, sb = shifts(nb, rng), shifts(na, rng)
-    return Lattice(
-        axis,
-        float(bounds[0, a]),
-        float(bounds[0, b]),
-        float(size[a] / na),
-        float(size[b] / nb),
-        na,
-        nb,
-        sa,
-        sb,
-    )
+    (a0, b0), (ha, hb) = bounds[0, [a, b]].tolist(), (size[[a, b]] / [na, nb]).tolist()
+    return Lattice(axis, a0, b0, ha, hb, na, nb, sa, sb)
 
 
 def shifts(n: int, rng: np.random.Generator) -> Floats:

@@ -16,14 +16,16 @@ MOST_QUADS = 600_000
 """Pairs of triangles; above that every second, third, ... ray is taken."""
 
 
-def triangles(grids: Sequence[RayGrid], box: Floats, most: int = MOST_QUADS) -> StockSurface:
+def triangles(grids: Sequence[RayGrid], box: Floats) -> StockSurface:
     """Closed triangles that know their block; edges where solids touch may have four of them.
 
     grids : along z, or along z, x, y.
     """
-    upright = grids[0]
-    lats = [grid.lattice for grid in grids] + [_nowhere(axis) for axis in (0, 1)][: 3 - len(grids)]
-    lists = [grid.lists for grid in grids] + [_nothing()] * (3 - len(grids))
+    upright, flat, whole, half = grids[0], np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int32)
+    nothing = Lists(whole, half, half, flat, flat, half, half, np.zeros(1, np.int64))
+    nowhere = [Lattice(axis, 0.0, 0.0, 1.0, 1.0, 0, 0, flat, flat) for axis in (0, 1)]
+    lats = [grid.lattice for grid in grids] + nowhere[: 3 - len(grids)]
+    lists = [grid.lists for grid in grids] + [nothing] * (3 - len(grids))
     lat = upright.lattice
     tall = float(box[1, 2] - box[0, 2])
     layers = grids[1].lattice.nb if len(grids) > 1 else max(1, round(tall / min(lat.ha, lat.hb)))
@@ -32,7 +34,7 @@ def triangles(grids: Sequence[RayGrid], box: Floats, most: int = MOST_QUADS) -> 
         n = np.array([-(-v // step) for v in (lat.na, lat.nb, layers)])
         size = step * np.array([lat.ha, lat.hb, tall / layers])
         count = int(_kernels.count(lat, upright.lists, step, box, size, n))
-        if count <= most:
+        if count <= MOST_QUADS:
             break
         step += 1
     sums, cells = np.empty((4 * count + 8, 13)), np.empty((4 * count + 8, 3), dtype=np.int64)
@@ -46,12 +48,3 @@ def triangles(grids: Sequence[RayGrid], box: Floats, most: int = MOST_QUADS) -> 
     one = np.where(short[:, None], np.stack([a, b, c], 1), np.stack([a, b, d], 1))
     other = np.where(short[:, None], np.stack([a, c, d], 1), np.stack([b, c, d], 1))
     return StockSurface(points, np.concatenate([one, other]), np.concatenate([blocks, blocks]))
-
-
-def _nowhere(axis: int) -> Lattice:
-    return Lattice(axis, 0.0, 0.0, 1.0, 1.0, 0, 0, np.zeros(0), np.zeros(0))
-
-
-def _nothing() -> Lists:
-    whole, half, flat = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int32), np.zeros(0)
-    return Lists(whole, half, half.copy(), flat, flat.copy(), half.copy(), half.copy(), np.zeros(1, np.int64))

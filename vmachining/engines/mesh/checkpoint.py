@@ -26,13 +26,8 @@ def packed_tiles(root: Tile, blocks: dict[int, int]) -> tuple[list[dict[str, Any
     nodes: list[dict[str, Any]] = []
 
     def visit(tile: Tile) -> None:
-        halved = tile.halves is not None
-        node: dict[str, Any] = {
-            "box": tile.box.tolist(),
-            "halved": halved,
-            "place": tile.place,
-            "color": tile.color,
-        }
+        node: dict[str, Any] = {"box": tile.box.tolist(), "place": tile.place, "color": tile.color}
+        node["halved"] = tile.halves is not None
         nodes.append(node)
         if tile.halves is not None:
             for half in tile.halves:

@@ -96,21 +96,14 @@ def _ring(line: Floats, path: Arc, angles: Floats, step: float, side: Side, full
     index = np.arange(cols * k).reshape(cols, k)
     on_axis = section[:, 0] == 0.0
     index[:, on_axis] = index[0, on_axis]
-    a = np.arange(k)
-    b = np.roll(a, -1)
-    quads = []
-    for now, then in [*pairwise(range(cols)), *([(cols - 1, 0)] if full else [])]:
-        quads.append(np.stack([index[now, a], index[then, a], index[then, b], index[now, b]], axis=1))
-    quad = np.concatenate(quads)
+    a, p = np.arange(k), np.arange(cols if full else cols - 1)[:, None]
+    b, q = np.roll(a, -1), (p + 1) % cols
+    quad = np.stack([index[p, a], index[q, a], index[q, b], index[p, b]], axis=-1).reshape(-1, 4)
     triangles = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]])
     if not full:
         cap = np.array([[0, i, i + 1] for i in range(1, k - 1)])
         triangles = np.concatenate([triangles, index[0][cap], index[-1][cap[:, ::-1]]])
-    distinct = (
-        (triangles[:, 0] != triangles[:, 1])
-        & (triangles[:, 1] != triangles[:, 2])
-        & (triangles[:, 2] != triangles[:, 0])
-    )
+    distinct = (triangles != np.roll(triangles, -1, axis=1)).all(axis=1)
     used, inverse = np.unique(triangles[distinct], return_inverse=True)
     yield Piece(points.reshape(-1, 3)[used], inverse.reshape(-1, 3))
 

@@ -170,9 +170,8 @@ class MeshEngine:
 
     def whole(self) -> Manifold:
         """The workpiece (inner-cut) as one solid, tiles joined."""
-        return checked(
-            Manifold.batch_boolean([t.solids[Side.INNER] for t in self._root.leaves()], OpType.Add)
-        )
+        leaves = [tile.solids[Side.INNER] for tile in self._root.leaves()]
+        return checked(Manifold.batch_boolean(leaves, OpType.Add))
 
     def save(self, path: Path) -> None:
         """See `Engine`."""

@@ -66,12 +66,18 @@ def unit_arc(begin: float, end: float, steps: int, side: Side) -> Floats:
         ends = [[np.cos(begin), np.sin(begin)]], [[np.cos(end), np.sin(end)]]
         return np.concatenate([ends[0], inside, ends[1]])
     angles = np.linspace(begin, end, steps + 1)
+    angles = np.linspace(begin, end, steps + 1)
     points = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     if side is Side.FAIR:
-        s = np.sin(width)
-        b = (steps - 2) * s
-        points[1:-1] *= (np.sqrt(s * s + b * steps * width) - s) / b if b > 0 else width / s
+        points[1:-1] *= fair_radius(steps, width)
     return points
+
+
+def fair_radius(steps: int, width: float) -> float:
+    """Of the inner corners of a unit arc in facets of an angle `width`: k of the head of this file."""
+    s = float(np.sin(width))
+    b = (steps - 2) * s
+    return float((np.sqrt(s * s + b * steps * width) - s) / b) if b > 0 else width / s
 
 
 def circle(steps: int, side: Side) -> Floats:
@@ -232,14 +238,12 @@ def _support_normals(points: Floats, triangles: Ints, left: dict[tuple[int, int]
         later = []
         for t in doubtful:
             a, b, c = (int(v) for v in triangles[t])
-            u, v = max(
-                ((a, b), (b, c), (c, a)), key=lambda e: float(np.linalg.norm(points[e[0]] - points[e[1]]))
-            )
-            behind = left[v, u]
-            if behind in doubtful:
+            sides = (a, b), (b, c), (c, a)
+            u, v = max(sides, key=lambda e: float(np.linalg.norm(points[e[0]] - points[e[1]])))
+            if left[v, u] in doubtful:
                 later.append(t)
             else:
-                normals[t] = normals[behind]
+                normals[t] = normals[left[v, u]]
         if len(later) == len(doubtful):
             raise EngineError("the facets of a cutter degenerate; ask for a coarser chord", engine="mesh")
         doubtful = later
@@ -284,15 +288,19 @@ def narrowed(line: Floats, radial: float, axial: float) -> Floats | None:
         r = np.minimum(radius_at(line, heights - axial), radius_at(line, heights + axial)) - radial
     if r.max() <= 0.0:
         return None
-    out = np.stack([r, heights], axis=1)
-    keep = [out[0]] if r[0] >= 0 else []
-    for a, b in itertools.pairwise(out):  # cut where the radius falls below zero
+    return tidy(clipped(np.stack([r, heights], axis=1)))
+
+
+def clipped(line: Floats) -> Floats:
+    """A polyline (k, 2) without its parts at negative first coordinate."""
+    kept = [line[0]] if line[0, 0] >= 0 else []
+    for a, b in itertools.pairwise(line):
         if (a[0] < 0) != (b[0] < 0):
             t = a[0] / (a[0] - b[0])
-            keep.append(np.array([0.0, a[1] + t * (b[1] - a[1])]))
+            kept.append(np.array([0.0, a[1] + t * (b[1] - a[1])]))
         if b[0] >= 0:
-            keep.append(b)
-    return tidy(np.array(keep))
+            kept.append(b)
+    return np.array(kept)
 
 
 def grown(line: Floats, radial: float, axial: float) -> Floats:

@@ -118,9 +118,7 @@ def cutters(
     block_id: int | None = None,
 ) -> list[Manifold]:
     """Solids whose union is the sweep inside the window; empty if it cannot reach the window."""
-    return [
-        manifold(piece.points, piece.triangles, block_id) for piece in pieces(sweep, tool, window, chained)
-    ]
+    return [manifold(*piece, block_id) for piece in pieces(sweep, tool, window, chained)]
 
 
 def checked(result: Manifold) -> Manifold:

@@ -44,9 +44,7 @@ class StockMesh:
 
 
 def _solid(mesh: Triangles) -> Manifold:
-    return manifold(
-        np.array(mesh.vertices), mesh.triangles
-    ).as_original()  # a copy: it takes no read-only arrays
+    return manifold(np.array(mesh.vertices), mesh.triangles).as_original()  # it takes no read-only arrays
 
 
 def box_stock(lo: ArrayLike, hi: ArrayLike) -> StockMesh:

@@ -76,14 +76,9 @@ _shifted: dict[tuple[bytes, float, float, float, Side], Part | None] = {}
 
 
 def _facets(profile: Profile, chord: float, side: Side) -> Facets:
-    sag = chord / FACET_SHARE
-    runs = tuple(profile.convex_pieces())
-    parts = tuple(_part(meridian(run, sag, side), sag, side) for run in runs)
-    return Facets(parts, runs, sag, side)
-
-
-def _part(line: Floats, sag: float, side: Side) -> Part:
-    return Part(line, polyhedron(line, sag, side))
+    sag, runs = chord / FACET_SHARE, tuple(profile.convex_pieces())
+    lines = [meridian(run, sag, side) for run in runs]
+    return Facets(tuple(Part(line, polyhedron(line, sag, side)) for line in lines), runs, sag, side)
 
 
 def shifted(part: Part, tool: Facets, radial: float, axial: float) -> Part | None:
@@ -94,7 +89,7 @@ def shifted(part: Part, tool: Facets, radial: float, axial: float) -> Part | Non
             _shifted.clear()
         change = narrowed if tool.side is Side.INNER else grown
         line = change(part.line, radial, axial)
-        _shifted[key] = None if line is None else _part(line, tool.sag, tool.side)
+        _shifted[key] = None if line is None else Part(line, polyhedron(line, tool.sag, tool.side))
     return _shifted[key]
 
 

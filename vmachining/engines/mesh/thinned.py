@@ -25,14 +25,13 @@ def thinned(
     starts = np.flatnonzero(np.diff(block, prepend=block[:1] - 1))
     first = int(Manifold.reserve_ids(len(starts)))
     ids = first + np.arange(len(starts))
-    solid = Manifold(
-        Mesh64(
-            vert_properties=np.ascontiguousarray(surface.vertices),
-            tri_verts=surface.triangles[order].astype(np.uint64),
-            run_index=np.append(3 * starts, 3 * len(order)).astype(np.uint64),
-            run_original_id=ids.astype(np.uint32),
-        )
+    mesh = Mesh64(
+        vert_properties=np.ascontiguousarray(surface.vertices),
+        tri_verts=surface.triangles[order].astype(np.uint64),
+        run_index=np.append(3 * starts, 3 * len(order)).astype(np.uint64),
+        run_original_id=ids.astype(np.uint32),
     )
+    solid = Manifold(mesh)
     if solid.status() != Error.NoError:
         return None
     if within is not None:

@@ -7,20 +7,22 @@ from math import acos, cos, inf, sqrt
 from vmachining.errors import InputError
 
 
+def _refuse(error: float, radius: float, what: str, where: str) -> None:
+    if not 0.0 < error <= radius:
+        remedy = "the error must be above zero and at most the radius"
+        raise InputError(f"{what} error {error:g} mm {where} of {radius:g} mm", remedy=remedy)
+
+
 def representation_spacing(error: float, curvature_radius: float) -> float:
     """(4-1): delta_R = 2 sqrt(2 rho e - e^2), the chord whose sagitta on a circle of radius rho is e. mm.
 
     Raises InputError: e is not between 0 and rho.
     """
-    if not 0.0 < error <= curvature_radius:
-        raise InputError(
-            f"representation error {error:g} mm on a radius of curvature of {curvature_radius:g} mm",
-            remedy="the error must be above zero and at most the radius",
-        )
+    _refuse(error, curvature_radius, "representation", "on a radius of curvature")
     return 2.0 * sqrt(2.0 * curvature_radius * error - error * error)
 
 
-def simulation_spacing(error: float, ball_radius: float, *, square: bool = False) -> float:
+def simulation_spacing(error: float, ball_radius: float) -> float:
     """(4-3), corrected: delta_S = sqrt(6 R e - 3 e^2), R the radius of the ball. mm.
 
     Three samples of an equilateral triangle of side delta on a sphere of radius R lie e below it in their middle when
@@ -28,13 +30,8 @@ def simulation_spacing(error: float, ball_radius: float, *, square: bool = False
 
     Raises InputError: e is not between 0 and R.
     """
-    if not 0.0 < error <= ball_radius:
-        raise InputError(
-            f"simulation error {error:g} mm of a ball of radius {ball_radius:g} mm",
-            remedy="the error must be above zero and at most the radius",
-        )
-    share = 2.0 if square else 3.0
-    return sqrt(2.0 * share * ball_radius * error - share * error * error)
+    _refuse(error, ball_radius, "simulation", "of a ball of radius")
+    return sqrt(6.0 * ball_radius * error - 3.0 * error * error)
 
 
 def spacing_for(error: float, ball_radius: float, curvature_radius: float = inf) -> float:
@@ -58,8 +55,6 @@ def wall_angle(pitch: float, spacing: float) -> float:
     Raises InputError: gamma is not below delta: no slope at all.
     """
     if not 0.0 < pitch < spacing:
-        raise InputError(
-            f"pitch {pitch:g} mm of upright vectors is not below the spacing {spacing:g} mm",
-            remedy="take a smaller pitch, or a larger spacing",
-        )
+        what = f"pitch {pitch:g} mm of upright vectors is not below the spacing {spacing:g} mm"
+        raise InputError(what, remedy="take a smaller pitch, or a larger spacing")
     return acos(pitch / spacing)

@@ -91,7 +91,7 @@ class Piece(NamedTuple):
 class NormalVectors:
     """Vectors with their own direction.
 
-    lattice : what the kernels work on. patches : what they stand on. Properties `point`, `normal`, ... lay all of them out.
+    lattice : what the kernels work on. patches : what they stand on.
     """
 
     def __init__(self, patches: Patches, spacing: float) -> None:
@@ -114,9 +114,8 @@ class NormalVectors:
             middle, half, many = middle[order], half[order], many[order]
         groups, count = len(patch), int(many.sum())
         if count > MOST:
-            raise InputError(
-                f"{count:,} vectors along normals, more than {MOST:,}", remedy="take a larger spacing_mm"
-            )
+            what = f"{count:,} vectors along normals, more than {MOST:,}"
+            raise InputError(what, remedy="take a larger spacing_mm")
         first = np.concatenate([[0], np.cumsum(many)]).astype(np.int32)
         unknown = np.zeros(1, dtype=np.float32)  # the lambda of all groups until `set_ends` gives them theirs
         self.lattice = lattices.Lattice(
@@ -143,9 +142,8 @@ class NormalVectors:
         bad = ~((low < 0.0) & (low < length))
         if bad.any():
             k = int(np.argmax(bad))
-            raise InputError(
-                f"vector {k}: lambda {low[k]:g} mm must lie below 0 and below its length {length[k]:g} mm"
-            )
+            ends = f"lambda {low[k]:g} mm must lie below 0 and below its length {length[k]:g} mm"
+            raise InputError(f"vector {k}: {ends}")
         first = self.lattice.first
         least, most = _over(np.minimum, low, first, np.float32), _over(np.maximum, low, first, np.float32)
         kept = np.where(least == most, 1, np.diff(first))
@@ -199,33 +197,15 @@ class NormalVectors:
             self.patches.facet[patch], self.patches.kind[patch].astype(np.int64),
         )  # fmt: skip
 
-    def _whole(self) -> Piece:
+    @property
+    def laid(self) -> Piece:
+        """All of them."""
         return self.piece(np.arange(len(self.lattice.patch)))
-
-    @property
-    def point(self) -> Floats:
-        """(n, 3) mm."""
-        return self._whole().point
-
-    @property
-    def normal(self) -> Floats:
-        """(n, 3)."""
-        return self._whole().normal
-
-    @property
-    def low(self) -> Floats:
-        """(n,) mm: lambda."""
-        return self._whole().low
 
     @property
     def length(self) -> NDArray[np.float32]:
         """(n,) mm: L."""
         return self.lattice.length
-
-    @property
-    def behind(self) -> Bools:
-        """(n,): a sweep came from behind."""
-        return self._whole().behind
 
     # -- blocks --------------------------------------------------------------------------------------------
 

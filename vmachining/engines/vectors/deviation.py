@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -90,11 +91,10 @@ class _Found:
 
     def __init__(self, tolerance: float, most: int, step: int | None) -> None:
         self.tolerance, self.most, self.step = tolerance, most, step
-        self.counts = dict.fromkeys(
-            ("vectors", "upright", "over", "under", "consumed", "behind", "beneath", "bare"), 0
-        )
+        names = ("vectors", "upright", "over", "under", "consumed", "behind", "beneath", "bare")
+        self.counts = dict.fromkeys(names, 0)
         self.over = self.under = 0.0
-        self._parts: list[_Rows] = []
+        self._parts = [_nothing()]
         self._waiting, self._least = 0, 0.0
 
     def add(
@@ -130,10 +130,8 @@ class _Found:
     def _joined(self) -> _Rows:
         return _Rows(*(np.concatenate(column) for column in zip(*self._parts, strict=True)))
 
-    def rows(self) -> _Rows | None:
-        """What is kept; None if that is nothing."""
-        if not self._parts:
-            return None
+    def rows(self) -> _Rows:
+        """What is kept."""
         found = self._joined()
         return found.worst(self.most) if self.step is None else found
 
@@ -174,24 +172,16 @@ def measured(
         )
         found.add(laid.length, ended, beneath, rows.at)
     total = counts["vectors"]
-    kept = found.rows() or _nothing()
+    kept = found.rows()
     block = cuts.owners(kept.point + kept.length[:, None] * kept.normal, kept.length)
     summary = {
-        "vectors": total,
-        "upright_vectors": counts["upright"],
-        "normal_vectors": total - counts["upright"],
-        "tolerance_mm": tolerance,
-        "max_overcut_mm": found.over,
-        "max_undercut_mm": found.under,
+        "vectors": total, "upright_vectors": counts["upright"], "normal_vectors": total - counts["upright"],
+        "tolerance_mm": tolerance, "max_overcut_mm": found.over, "max_undercut_mm": found.under,
         "within_tolerance": 1.0 - (counts["over"] + counts["under"]) / total if total else None,
-        "over": counts["over"],
-        "under": counts["under"],
-        "consumed": counts["consumed"],
-        "entered_from_behind": counts["behind"],
-        "cut_beneath": counts["beneath"],
-        "part_outside_stock": counts["bare"],
+        "over": counts["over"], "under": counts["under"], "consumed": counts["consumed"],
+        "entered_from_behind": counts["behind"], "cut_beneath": counts["beneath"], "part_outside_stock": counts["bare"],
         "rows": len(kept.kind),
-    }
+    }  # fmt: skip
     return Deviation(*kept[:7], block, kept.facet, summary)
 
 
@@ -204,6 +194,15 @@ def _add_upright(
     """
     cosine, bare = np.cos(part.slopes), 0
     cells, deviation, ended = np.empty(TILE**2, np.int64), np.empty(TILE**2), np.empty(TILE**2, np.bool_)
+
+    def rows(base: Base, lengths: NDArray[np.float32], x: Floats, y: Floats, kept: Ints) -> _Rows:
+        i, j = np.divmod(cells[kept], TILE)
+        none = np.zeros(len(kept), dtype=np.bool_)
+        place, up = np.column_stack([x[i], y[j], base.start[i, j]]), np.zeros((len(kept), 3))
+        up[:, 2] = 1.0
+        size, kind = lengths[i, j].astype(np.float64), np.zeros(len(kept), int)
+        return _Rows(kind, place, up, size, deviation[kept], ended[kept], none, base.facet[i, j], none)
+
     for base, lengths, x, y in upright.tiles():
         if cuts is not None:
             lengths = _upright_left(base, lengths, x, y, found.tolerance, cuts)
@@ -211,22 +210,7 @@ def _add_upright(
             base.start, base.low, base.facet, lengths, cosine, covered, cells, deviation, ended
         )
         bare += without
-
-        def rows(
-            kept: Ints,
-            base: Base = base,
-            lengths: NDArray[np.float32] = lengths,
-            x: Floats = x,
-            y: Floats = y,
-        ) -> _Rows:
-            i, j = np.divmod(cells[kept], TILE)
-            none = np.zeros(len(kept), dtype=np.bool_)
-            place, up = np.column_stack([x[i], y[j], base.start[i, j]]), np.zeros((len(kept), 3))
-            up[:, 2] = 1.0
-            size, kind = lengths[i, j].astype(np.float64), np.zeros(len(kept), int)
-            return _Rows(kind, place, up, size, deviation[kept], ended[kept], none, base.facet[i, j], none)
-
-        found.add(deviation[:count], ended[:count], None, rows)
+        found.add(deviation[:count], ended[:count], None, partial(rows, base, lengths, x, y))
     return bare
 
 

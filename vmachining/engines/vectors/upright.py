@@ -7,6 +7,7 @@ for the tiles that were cut last.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -61,13 +62,18 @@ class UprightVectors:
         high = np.maximum(both[0, 1], both[1, 1])[:2]
         self.shape = grid_shape(high - self.low, pitch)
         nx, ny = self.shape
-        self.low = self.low - 0.5 * (
-            np.array(self.shape) * pitch - (high - self.low)
-        )  # the rest at both sides
+        # the rest at both sides
+        self.low = self.low - 0.5 * (np.array(self.shape) * pitch - (high - self.low))
         self.behind, self.material = 0, 0.0
         self.roofed: Floats = np.zeros((0, 2, 2))
         self.lengths: NDArray[np.float32] = np.empty((-(-nx // TILE), -(-ny // TILE), TILE, TILE), np.float32)
-        self._forget()
+        tiles = self.lengths.shape[:2]
+        self._slot, self._stamp = np.full(tiles, -1, dtype=np.int64), np.zeros(tiles, dtype=np.int64)
+        self._now, self._owner = 0, np.full((0, 2), -1, dtype=np.int64)  # no tile has a base
+        self._start = np.empty((0, TILE, TILE))
+        self._low, self._rest = (np.empty((0, TILE, TILE), dtype=np.float32) for _ in range(2))
+        self._high = np.empty((0, TILE // SUB, TILE // SUB, 3))
+        self._depth, self._span = np.zeros((0, 0)), np.zeros((0, 2), dtype=np.int64)
         for a, b in np.ndindex(self.lengths.shape[:2]):
             base = self.base(a, b)
             if casting is None:
@@ -75,20 +81,6 @@ class UprightVectors:
             else:
                 self.lengths[a, b] = np.where(base.facet < 0, np.nan, casting)
             self.material += float(np.nansum(base.start + self.lengths[a, b] - base.bottom)) * pitch**2
-
-    def _forget(self) -> None:
-        """No tile has a base."""
-        self._by_tile: tuple[Ints, Ints] | None = None
-        tiles = self.lengths.shape[:2]
-        self._slot = np.full(tiles, -1, dtype=np.int64)
-        self._stamp = np.zeros(tiles, dtype=np.int64)
-        self._now = 0
-        self._owner = np.full((0, 2), -1, dtype=np.int64)
-        self._start = np.empty((0, TILE, TILE))
-        self._low, self._rest = (np.empty((0, TILE, TILE), dtype=np.float32) for _ in range(2))
-        self._high = np.empty((0, TILE // SUB, TILE // SUB, 3))
-        self._depth = np.zeros((0, 0))
-        self._span = np.zeros((0, 2), dtype=np.int64)
 
     def centres(self, i0: int, i1: int, j0: int, j1: int) -> tuple[Floats, Floats]:
         """x (n,) and y (m,) of the middles of cells."""
@@ -121,13 +113,11 @@ class UprightVectors:
         bottom[: len(x), : len(y)][has] = rays.enter[(ends - rays.counts)[has.reshape(-1)]]
         top[: len(x), : len(y)][has] = rays.leave[ends[has.reshape(-1)] - 1]
 
-    @property
+    @cached_property
     def _facets(self) -> tuple[Ints, Ints]:
         """Facets of the part by tile, see `DesignPart.by_tile`."""
-        if self._by_tile is None:
-            a, b = self.lengths.shape[:2]
-            self._by_tile = self.part.by_tile(self.low, TILE * self.pitch, (a, b))
-        return self._by_tile
+        a, b = self.lengths.shape[:2]
+        return self.part.by_tile(self.low, TILE * self.pitch, (a, b))
 
     # -- tiles ---------------------------------------------------------------------------------------------
 

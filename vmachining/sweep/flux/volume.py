@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from vmachining.sweep.grazing import terms_of, whole_meridian
 from vmachining.sweep.rotating import Packed
 from vmachining.sweep.rotating._kernels import PATIENCE
 from vmachining.sweep.rotating.pose import _kernels as pose
+from vmachining.sweep.volume import smooth_rule
 from vmachining.tool import Profile
 
 NODES = 24
@@ -83,7 +83,7 @@ def flux_volume(
     faces, beta, terms = _faces(profile)
 
     def integral(nodes: int) -> tuple[float, float]:
-        x, w = _smooth(nodes)
+        x, w = smooth_rule(nodes)
 
         def speed(times: Floats) -> Floats:
             out = np.empty(len(times))
@@ -189,14 +189,6 @@ def _faces(profile: Profile) -> tuple[Floats, Floats, Floats]:
     parts = whole_meridian(profile)
     rows = [(*s[:4], *((s.cr, s.cz) if s.is_arc else (0.0, 0.0)), s.radius, 0.0) for s in parts]
     return np.array(rows), np.array([s.beta for s in parts]), np.array([terms_of(s) for s in parts])
-
-
-@cache
-def _smooth(n: int) -> tuple[Floats, Floats]:
-    """Gauss-Legendre on [0, 1] after x = 3 t^2 - 2 t^3, which smooths half-integer powers at both ends."""
-    t, w = np.polynomial.legendre.leggauss(n)
-    t, w = 0.5 * (t + 1.0), 0.5 * w
-    return t * t * (3.0 - 2.0 * t), w * 6.0 * t * (1.0 - t)
 
 
 KRONROD = np.array([

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Bools, Floats
+from vmachining.arrays import Floats
 from vmachining.geometry import Arc, Line, Path
 from vmachining.sweep.grazing._kernels import speed
 from vmachining.sweep.turning import Turn
@@ -47,13 +47,10 @@ class Instant(NamedTuple):
 
     def lifted(self, height: float) -> Instant:
         """The same motion referred to the point of the axis at a height above the tip."""
-        return Instant(
-            self.tip + height * self.axis,
-            self.axis,
-            self.velocity + height * self.axis_rate,
-            self.axis_rate,
-            self.acceleration + height * self.axis_acceleration,
-            self.axis_acceleration,
+        return self._replace(
+            tip=self.tip + height * self.axis,
+            velocity=self.velocity + height * self.axis_rate,
+            acceleration=self.acceleration + height * self.axis_acceleration,
         )
 
 
@@ -135,7 +132,6 @@ def normal_speed(of: Circles, u: ArrayLike) -> Floats:
 def grazing_angles(of: Circles) -> Floats:
     """(..., 2) rad: where f = 0; NaN where the circle is one-sided or slides all round.
 
-
     f = c + r cos(u - heading), so u = heading -+ acos(-c / r); the egress arc lies between the two.
     """
     half = np.where(of.reach >= np.abs(of.c), of.half, np.nan)
@@ -157,14 +153,6 @@ def chord(now: Instant, height: float) -> tuple[float, Floats]:
     if size <= IDLE * scale:
         return (float("nan") if abs(speed) <= IDLE * scale else float("inf")), np.zeros(3)
     return speed / size, now.axis_rate / size
-
-
-def edge_open(first: Circles, second: Circles, u: ArrayLike) -> Bools:
-    """Whether points of a convex edge belong to the grazing set: some normal of their fan has f = 0.
-
-    first, second : the edge with the normals of its two neighbours. The arc ends where either is zero.
-    """
-    return np.asarray(normal_speed(first, u) * normal_speed(second, u) <= 0.0)
 
 
 def folding(now: Instant, h: ArrayLike, rho: ArrayLike, n_r: ArrayLike, n_z: ArrayLike, u: ArrayLike,

@@ -71,7 +71,6 @@ def grazing_stretches(segment: Segment, now: Instant) -> list[tuple[float, float
     The parameter is the height (mm) on a line, the normal angle beta (rad) on an arc; a horizontal line is
     taken by its radius (mm). Ends are inside the segment.
 
-
     Ends are the roots of the quadratic of the face.
     """
     q0, q1, q2 = (terms_of(segment) @ scalars(now.velocity, now.axis_rate, now.axis)).tolist()

@@ -99,7 +99,7 @@ def _planes(piece: Profile) -> Floats:
     kept: list[tuple[float, float, float]] = []
     for row in found:
         if not any(
-            abs(row[0] - k[0]) < SAME and abs(row[1] - k[1]) < SAME and row[2] >= k[2] - 1e-12 for k in kept
+            max(abs(row[0] - k[0]), abs(row[1] - k[1])) < SAME and row[2] >= k[2] - 1e-12 for k in kept
         ):
             kept.append(row)
     return np.array(kept)
@@ -153,12 +153,10 @@ def rate_bound(series: Series, derivative: int) -> float:
 def waves_of(tip: Series, axis: Series) -> Floats:
     """(m, 19), tip and axis by common frequency."""
     rows: dict[float, Floats] = {}
-    for w, z in zip(tip.frequencies.tolist(), tip.terms, strict=True):
-        row = rows.setdefault(w, np.zeros(19))
-        row[1:13] += np.concatenate([z[0].real, z[0].imag, z[1].real, z[1].imag])
-    for w, z in zip(axis.frequencies.tolist(), axis.terms, strict=True):
-        row = rows.setdefault(w, np.zeros(19))
-        row[13:19] += np.concatenate([z[0].real, z[0].imag])
+    for series, at in ((tip, 1), (axis, 13)):
+        for w, z in zip(series.frequencies.tolist(), series.terms, strict=True):
+            own = np.concatenate([z[0].real, z[0].imag, z[1].real, z[1].imag])
+            rows.setdefault(w, np.zeros(19))[at : at + 12] += own[: 19 - at]
     for w, row in rows.items():
         row[0] = w
     return np.array(list(rows.values()))

@@ -21,6 +21,7 @@ speed has grown by `GRADE`, if all else fails; the part next to the zero may be 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -83,8 +84,7 @@ HARD: Soft = (np.inf, np.inf)
 class Budget:
     """How many envelopes may still be tried."""
 
-    def __init__(self, left: int = TRIES) -> None:
-        self.left = left
+    left = TRIES
 
     def take(self) -> None:
         """One more; raises SweepError if none exist left."""
@@ -97,6 +97,16 @@ class Budget:
         self.left = TRIES
 
 
+class Makers(NamedTuple, Generic[T]):
+    """What makes solids of parts. special : one solid of a neighbour is preferred to two of it. budget : taken by `build`
+    for every envelope."""
+
+    build: Build[T]
+    special: Special[T]
+    filled: Fill[T]
+    budget: Budget
+
+
 class _Found(NamedTuple, Generic[T]):
     """profile, t : of a pose, so that it is taken once; t is None for a part that moves. parts : its solids."""
 
@@ -105,64 +115,43 @@ class _Found(NamedTuple, Generic[T]):
     parts: list[T]
 
 
-def decomposed(
-    profile: Profile,
-    path: Turn,
-    build: Build[T],
-    special: Special[T],
-    filled: Fill[T],
-    budget: Budget,
-    miss_mm: float = MISS_MM,
-) -> list[T]:
-    """What `build` makes of the parts of a block of a convex profile.
-
-    special : one solid of a neighbour is preferred to two of it. filled : solids that a pocket is filled by, or none.
-    budget : taken by `build` for every envelope. miss_mm : what may be missing between parts.
+def decomposed(profile: Profile, path: Turn, makers: Makers[T], miss_mm: float = MISS_MM) -> list[T]:
+    """What `build` makes of the parts of a block of a convex profile. miss_mm : what may be missing between parts.
 
     Raises SweepError, EngineError: The first reason for which there is no solid, if there are no parts either.
     """
-    found = _flat(profile, path, build, special, filled, budget)
+    found = _flat(profile, path, makers)
     if found is not None:
         return found
-    budget.renew()
+    makers.budget.renew()
     try:
-        found = _Work(path, build, special, filled, budget, miss_mm).solids(profile)
+        return _Work(path, makers, miss_mm).solids(profile)
     except (SweepError, EngineError):
         lift = _lift(path)
         if lift is None or _grade(lift) is None:
             raise
-        budget.renew()
-        found = _Work(path, build, special, filled, budget, miss_mm, is_graded=True).solids(profile)
-    return found
+        makers.budget.renew()
+        return _Work(path, makers, miss_mm, is_graded=True).solids(profile)
 
 
-def _flat(
-    profile: Profile, path: Turn, build: Build[T], special: Special[T], filled: Fill[T], budget: Budget
-) -> list[T] | None:
+def _flat(profile: Profile, path: Turn, makers: Makers[T]) -> list[T] | None:
     """Solids of parts that stay in a plane each, for a block that nearly does and has none itself; None of others."""
     planes, off = _flattened(path)
     if not planes:
         return None
-    try:
+    build, special, filled, budget = makers
+    with suppress(SweepError, EngineError):
         return build(profile, path, 0.0, HARD)
-    except (SweepError, EngineError):
-        pass
-
-    def near(body: Profile, part: Turn, more: float, soft: Soft) -> list[T]:
-        return build(body, part, off + more, soft)
-
-    def near_filled(
-        body: Profile, whole: Turn, span: tuple[float, float], more: float, soft: Soft
-    ) -> list[T]:
-        return filled(body, whole, span, off + more, soft)
-
-    def near_special(body: Profile, part: Turn, limit: float, more: float) -> list[T]:
-        return special(body, part, limit, off + more)
-
+    near = Makers(
+        lambda body, part, more, soft: build(body, part, off + more, soft),
+        lambda body, part, limit, more: special(body, part, limit, off + more),
+        lambda body, whole, span, more, soft: filled(body, whole, span, off + more, soft),
+        budget,
+    )
     found: list[T] = []
     try:
         for part in planes:
-            found += _Work(part, near, near_special, near_filled, budget, MISS_MM).solids(profile)
+            found += _Work(part, near, MISS_MM).solids(profile)
     except (SweepError, EngineError):
         return None
     return found if len(found) <= MOST else None
@@ -171,18 +160,8 @@ def _flat(
 class _Work(Generic[T]):
     """Parts in the making; `is_graded` cuts planar motions by their lift."""
 
-    def __init__(
-        self,
-        path: Turn,
-        build: Build[T],
-        special: Special[T],
-        filled: Fill[T],
-        budget: Budget,
-        miss_mm: float,
-        *,
-        is_graded: bool = False,
-    ) -> None:
-        self.path, self.build, self.special, self.fill, self.budget = path, build, special, filled, budget
+    def __init__(self, path: Turn, makers: Makers[T], miss_mm: float, *, is_graded: bool = False) -> None:
+        self.path, (self.build, self.special, self.fill, self.budget) = path, makers
         self.miss, self.is_graded = miss_mm, is_graded
         self.off = 0.0
         self.is_wide = miss_mm > MISS_MM
@@ -194,9 +173,8 @@ class _Work(Generic[T]):
         """Of the whole block; poses that several parts need are there once."""
         found = self.parts(profile, 0.0, 1.0, 0)
         if sum(len(f.parts) for f in found) > MOST:
-            raise SweepError(
-                f"the envelope folds: more than {MOST} solids would cover the sweep", remedy="split the block"
-            )
+            what = f"the envelope folds: more than {MOST} solids would cover the sweep"
+            raise SweepError(what, remedy="split the block")
         once: dict[tuple[int, float], _Found[T]] = {}
         moving = [f for f in found if f.t is None or once.setdefault((id(f.profile), f.t), f) is f]
         return [part for f in moving for part in f.parts]
@@ -286,11 +264,10 @@ class _Work(Generic[T]):
 
     def _filled(self, profile: Profile, a: float, b: float) -> list[_Found[T]] | None:
         """A pocket filled."""
-        try:
+        with suppress(SweepError, EngineError):
             found = self.fill(profile, self.path, (a, b), self.off, self._soft(a, b))
-        except (SweepError, EngineError):
-            return None
-        return [_Found(profile, None, found)] if found else None
+            return [_Found(profile, None, found)] if found else None
+        return None
 
     def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
         """Bodies below and above a slab, and poses."""
@@ -310,9 +287,8 @@ class _Work(Generic[T]):
     def _standing(self, profile: Profile, a: float, b: float, count: int) -> list[_Found[T]]:
         """The ends of equal parts."""
         stops = [a + (b - a) * k / count for k in range(count + 1)]
-        return [
-            _Found(profile, t, self.build(profile, standing(self.path, t), self.off, HARD)) for t in stops
-        ]
+        made = [self.build(profile, standing(self.path, t), self.off, HARD) for t in stops]
+        return [_Found(profile, t, parts) for t, parts in zip(stops, made, strict=True)]
 
     def _nudged(self, profile: Profile, part: Turn, *, hasty: bool = False) -> list[_Found[T]] | None:
         """The solids of a neighbour of a planar motion; `hasty` until one has a shape without solids."""

@@ -193,9 +193,8 @@ class _Half:
     def _rib(self, pose: int, k: int, side: int) -> Edge:
         """Segment k on one meridian."""
         p = self.poses[pose]
-        return self._made(
-            ("rib", pose, k, side), meridian_curve(p.tip, side * p.left, self.segments[k], p.axis)
-        )
+        curve = meridian_curve(p.tip, side * p.left, self.segments[k], p.axis)
+        return self._made(("rib", pose, k, side), curve)
 
     def _half_ring(self, pose: int, node: int) -> list[Edge]:
         r, z = self.nodes[node]
@@ -330,12 +329,8 @@ class _Half:
             if not inside:
                 continue
             low, high = inside[0], inside[-1] + 1
-            loop = [self._rib(at, k, -1) for k in inside]
-            loop += [
-                *self._across(at, high),
-                *(self._rib(at, k, 1) for k in reversed(inside)),
-                *self._across(at, low),
-            ]
+            loop = [*(self._rib(at, k, -1) for k in inside), *self._across(at, high)]
+            loop += [*(self._rib(at, k, 1) for k in reversed(inside)), *self._across(at, low)]
             pose = self.poses[at]
             self._face(Plane(Frame(self.pivot, pose.heading, pose.axis)), loop, self.pivot, -pose.heading)
 

@@ -24,31 +24,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from vmachining.arrays import Bools, Floats
+from vmachining.engines.brep.envelopes import segments as seg
 from vmachining.engines.brep.envelopes.lens import Lens, lens_opens, lens_span, risen, side_speed
 from vmachining.engines.brep.envelopes.pockets import Pocket
 from vmachining.engines.brep.envelopes.rings import Element, rings_of
-from vmachining.engines.brep.envelopes.segments import (
-    CORNERS,
-    DENSE,
-    FINEST,
-    LONG,
-    LOOKS,
-    ArcSide,
-    ArcTurn,
-    BallTurn,
-    Chord,
-    CurveSegment,
-    EdgeSpan,
-    End,
-    LineSide,
-    LineTurn,
-    Moving,
-    State,
-    angle,
-    graze_beta,
-    near,
-    wave,
-)
 from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, FLAT_MM, MISS_MM
 from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
@@ -83,19 +62,19 @@ class GrazingCurve:
     """
 
     def __init__(
-        self, tool: Tool, moving: Moving, filled: Pocket | None = None, deep_mm: float = MISS_MM
+        self, tool: Tool, moving: seg.Moving, filled: Pocket | None = None, deep_mm: float = MISS_MM
     ) -> None:
         self.tool, self.moving, self.deep = tool, moving, deep_mm
         self.rings, self.elements = rings_of(tool)
-        self._w = np.linspace(0.0, 1.0, DENSE)
+        self._w = np.linspace(0.0, 1.0, seg.DENSE)
         self._angles: dict[tuple[int, int, bool, bytes], Floats] = {}
         self.dense = moving.state(self._w)
         self._times = self.dense.t
         r, z, beta = (np.array([v]) for v in zip(*[(g.r, g.z, g.beta) for g in self.rings], strict=True))
-        of = wave(self.dense, r, z, beta)
+        of = seg.wave(self.dense, r, z, beta)
         a, b, c = of
         gap = a * a + b * b - c * c
-        self.sign = np.sign(c[DENSE // 2])  # of f on a ring without grazing points
+        self.sign = np.sign(c[seg.DENSE // 2])  # of f on a ring without grazing points
         two = gap > 0.0
         self.lenses: list[Lens] = []
         self._shut(two, gap / np.maximum(a * a + b * b, 1e-300))
@@ -116,7 +95,7 @@ class GrazingCurve:
             raise SweepError(text)
         self.present: Bools = np.asarray(two.all(axis=0))
         self._heading = self._followed(of.heading)
-        self.valley: dict[End, tuple[Floats, float]] = {}
+        self.valley: dict[seg.End, tuple[Floats, float]] = {}
         self.segments = self._segments()
         self._check_widths()
         self._valleys()
@@ -127,7 +106,7 @@ class GrazingCurve:
             beside = k - ring.disc
             if not (ring.disc and 0 <= beside < len(self.rings) and two[:, k].all()):
                 continue
-            for end in (0, DENSE - 1):
+            for end in (0, seg.DENSE - 1):
                 if self.rings[beside].joint == ring.joint and size[end, k] < SHUT and lens_opens(
                     self.moving, float(self._times[end]), ring, self.rings[beside]):  # fmt: skip
                     two[end, k] = False
@@ -143,7 +122,7 @@ class GrazingCurve:
         if not (ring.disc and once and self.rings[beside].joint == ring.joint):
             return False
         sign = 1 if two[-1] else -1
-        shut = 0 if sign > 0 else DENSE - 1
+        shut = 0 if sign > 0 else seg.DENSE - 1
         at = float(self._times[np.flatnonzero(two)[0 if sign > 0 else -1]])
         if c[shut] * sign > 0.0 or not lens_opens(self.moving, at, ring, self.rings[beside]):
             return False
@@ -172,8 +151,8 @@ class GrazingCurve:
         grazing = self.present
         if grazing.any() and np.abs(np.diff(out[:, grazing], axis=0)).max() > QUICK:
             raise SweepError("the grazing curve turns round too fast: a point of the axis hardly moves")
-        half = DENSE // 2
-        middle = State(*(v[half : half + 1] for v in self.dense))
+        half = seg.DENSE // 2
+        middle = seg.State(*(v[half : half + 1] for v in self.dense))
         angles = [float(out[half, 0])]
         for k in range(1, len(self.rings)):
             p, q = self.rings[k - 1], self.rings[k]
@@ -185,13 +164,12 @@ class GrazingCurve:
                 r, z = g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta)
             else:
                 r, z = p.r + share * (q.r - p.r), p.z + share * (q.z - p.z)
-            run = np.unwrap(wave(middle, r, z, beta).heading[0])
+            run = np.unwrap(seg.wave(middle, r, z, beta).heading[0])
             angles.append(angles[-1] + float(run[-1] - run[0]))
-        return np.asarray(
-            out + (2.0 * np.pi * np.round((np.array(angles) - out[half]) / (2.0 * np.pi)))[None]
-        )
+        turns = np.round((np.array(angles) - out[half]) / (2.0 * np.pi))
+        return np.asarray(out + (2.0 * np.pi * turns)[None])
 
-    def angle(self, ring: int, side: int, st: State) -> Floats:
+    def angle(self, ring: int, side: int, st: seg.State) -> Floats:
         """(n,) where a side of a ring grazes, or where its valley runs; the latest few hundred remembered."""
         key = ring, side, (ring, side) in self.valley, st.t.tobytes()
         if key not in self._angles:
@@ -200,34 +178,34 @@ class GrazingCurve:
             self._angles[key] = self._angle(ring, side, st)
         return self._angles[key]
 
-    def _angle(self, ring: int, side: int, st: State) -> Floats:
+    def _angle(self, ring: int, side: int, st: seg.State) -> Floats:
         if not self.present[ring]:
             return np.full(len(st.t), 0.5 * np.pi * (1 + side))  # an edge that grazes all round
         g = self.rings[ring]
         one = np.ones((len(st.t), 1))
-        of = Circles(*(v[:, 0] for v in wave(st, g.r * one, g.z * one, g.beta * one)))
-        u = near(of.heading, np.interp(st.t, self._times, self._heading[:, ring])) + side * of.half
+        of = Circles(*(v[:, 0] for v in seg.wave(st, g.r * one, g.z * one, g.beta * one)))
+        u = seg.near(of.heading, np.interp(st.t, self._times, self._heading[:, ring])) + side * of.half
         if (ring, side) not in self.valley:
             return np.asarray(u)
         axis, t0 = self.valley[ring, side]
-        valley = angle(risen(self.moving, st, t0, axis, g), side)
-        return np.asarray(np.where(st.t == t0, u, near(valley, u)))
+        valley = seg.angle(risen(self.moving, st, t0, axis, g), side)
+        return np.asarray(np.where(st.t == t0, u, seg.near(valley, u)))
 
-    def between(self, ends: tuple[End, End], st: State, s: Floats, raw: Floats) -> Floats:
+    def between(self, ends: tuple[seg.End, seg.End], st: seg.State, s: Floats, raw: Floats) -> Floats:
         """Angles (n, m) on the branch that joins two ends, which they meet exactly."""
-        u = near(raw, self.span(ends, st, s))
+        u = seg.near(raw, self.span(ends, st, s))
         for end, edge in zip(ends, (0.0, 1.0), strict=True):
             u = np.where(s == edge, self.angle(*end, st)[:, None], u)
         return u
 
-    def span(self, ends: tuple[End, End], st: State, s: Floats) -> Floats:
+    def span(self, ends: tuple[seg.End, seg.End], st: seg.State, s: Floats) -> Floats:
         """Angles (n, m) shared evenly between two ends; from a ring to itself always upward."""
         ua, ub = (self.angle(*end, st)[:, None] for end in ends)
         if ends[0][0] == ends[1][0] and ends[0][1] > ends[1][1]:
             ub = ub + 2.0 * np.pi
         return np.asarray((1.0 - s) * ua + s * ub)
 
-    def tie(self, end: End, st: State) -> Floats:
+    def tie(self, end: seg.End, st: seg.State) -> Floats:
         """(n, 3) mm: path of an end of a segment."""
         g = self.rings[end[0]]
         u = self.angle(*end, st)[:, None]
@@ -235,34 +213,33 @@ class GrazingCurve:
 
     # -- shape ---------------------------------------------------------------------------------------------
 
-    def _segments(self) -> list[CurveSegment]:
-        out: list[CurveSegment] = []
+    def _segments(self) -> list[seg.CurveSegment]:
+        out: list[seg.CurveSegment] = []
         for k, e in enumerate(self.elements):
             grazing = [ring for ring in (e.lower, e.upper) if ring is not None and self.present[ring]]
             g = e.segment
             if e.kind == "disc":
                 if grazing:
-                    out.append(
-                        Chord(k, ((grazing[0], -1), (grazing[0], 1)), g.r0, g.z0, self.rings[grazing[0]].beta)
-                    )
+                    ends = ((grazing[0], -1), (grazing[0], 1))
+                    out.append(seg.Chord(k, ends, g.r0, g.z0, self.rings[grazing[0]].beta))
                 continue
             low, high = self._extremes(e)
             if len(grazing) == 2 and (low > 0.0).all():
                 for side in (-1, 1):
                     ends = ((grazing[0], side), (grazing[1], side))
                     if e.kind == "edge":
-                        out.append(EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)))
+                        out.append(seg.EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)))
                     elif e.kind == "line":
                         bent = abs(g.r1 - g.r0) > FLAT_MM and bool(low.min() < BENT * high.max())
-                        out.append(LineSide(k, ends, g, bent))
+                        out.append(seg.LineSide(k, ends, g, bent))
                     else:
-                        out.append(ArcSide(k, ends, g))
+                        out.append(seg.ArcSide(k, ends, g))
             elif len(grazing) == 1 or (len(grazing) == 2 and (low < 0.0).all()):
                 out += self._turning(k, e, grazing)
             elif e.kind == "edge" and not grazing and self.sign[e.lower] != self.sign[e.upper]:
                 assert e.lower is not None  # all of the edge grazes: two halves of it
                 halves = [((e.lower, t), (e.lower, -t)) for t in (-1, 1)]
-                out += [EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)) for ends in halves]
+                out += [seg.EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)) for ends in halves]
             elif grazing or (high > 0.0).any():
                 where = f"between heights {g.z0:.6g} and {g.z1:.6g} mm"
                 raise SweepError(f"the grazing curve turns back or closes on the face {where}")
@@ -276,15 +253,17 @@ class GrazingCurve:
                 continue
             for first, second in ((a, b) for a in (-1, 1) for b in (-1, 1)):
                 apart = self.angle(e.lower, first, self.dense) - self.angle(e.upper, second, self.dense)
-                width = np.abs(near(apart, np.zeros(DENSE))) * e.segment.r0
+                width = np.abs(seg.near(apart, np.zeros(seg.DENSE))) * e.segment.r0
                 if width.min() < CONFUSION_MM:
                     text = f"the grazing curve narrows to a point at height {e.segment.z0:.6g} mm"
                     k = int(np.argmin(width))
-                    raise Divide(text, float(k > 0), soft=True) if k in (0, DENSE - 1) else SweepError(text)
+                    raise (
+                        Divide(text, float(k > 0), soft=True) if k in (0, seg.DENSE - 1) else SweepError(text)
+                    )
 
-    def _turning(self, k: int, e: Element, grazing: list[int]) -> list[CurveSegment]:
+    def _turning(self, k: int, e: Element, grazing: list[int]) -> list[seg.CurveSegment]:
         """Stretches on an arc or an edge that come back to the ring they start from."""
-        out: list[CurveSegment] = []
+        out: list[seg.CurveSegment] = []
         g = e.segment
         for ring in grazing:
             other = e.upper if ring == e.lower else e.lower
@@ -295,39 +274,39 @@ class GrazingCurve:
             first = -1 if trails else 1  # of a trailing end the curve is where the ring leads
             turn = ((ring, first), (ring, -first))
             if e.kind == "edge":
-                out.append(EdgeSpan(k, turn, g.r0, g.z0, self.fan(e)))
+                out.append(seg.EdgeSpan(k, turn, g.r0, g.z0, self.fan(e)))
             elif other is None and abs(g.cr) <= FLAT_MM and ring == e.upper:
-                out.append(BallTurn(k, ((ring, -1), (ring, 1)), g))
+                out.append(seg.BallTurn(k, ((ring, -1), (ring, 1)), g))
             elif e.kind == "line":
                 if other is None:
                     raise SweepError("the grazing curve turns back on a cone with a tip")
-                out.append(LineTurn(k, turn, g, ring == e.upper))
+                out.append(seg.LineTurn(k, turn, g, ring == e.upper))
             else:
                 out.append(self._arc_turn(k, turn, g))
         return out
 
-    def _arc_turn(self, k: int, turn: tuple[End, End], g: Segment) -> ArcTurn:
+    def _arc_turn(self, k: int, turn: tuple[seg.End, seg.End], g: Segment) -> seg.ArcTurn:
         """Around a torus, measured as finely as its sharpest bend needs."""
-        found, st = ArcTurn(k, turn, g), State(*(v[:: DENSE // 4] for v in self.dense))
+        found, st = seg.ArcTurn(k, turn, g), seg.State(*(v[:: seg.DENSE // 4] for v in self.dense))
         if self._is_sharp(g, turn):
-            found, corners = ArcTurn(k, turn, g, LOOKS), CORNERS
-            while corners < FINEST:
+            found, corners = seg.ArcTurn(k, turn, g, seg.LOOKS), seg.CORNERS
+            while corners < seg.FINEST:
                 with suppress(SweepError):
                     found.place(self, st, np.array([0.5]))
                     break
                 corners = 2 * corners - 1
-                found = ArcTurn(k, turn, g, LOOKS, corners)
+                found = seg.ArcTurn(k, turn, g, seg.LOOKS, corners)
         return found
 
-    def _is_sharp(self, g: Segment, turn: tuple[End, End]) -> bool:
+    def _is_sharp(self, g: Segment, turn: tuple[seg.End, seg.End]) -> bool:
         """Whether a curve around a torus is much faster at some angles than at others."""
-        st = State(*(v[:: DENSE // 4] for v in self.dense))
-        u = self.span(turn, st, np.linspace(0.0, 1.0, CORNERS))
-        beta = graze_beta(st, g.cr, g.cz, u, 0.5 * sum(g.beta))
+        st = seg.State(*(v[:: seg.DENSE // 4] for v in self.dense))
+        u = self.span(turn, st, np.linspace(0.0, 1.0, seg.CORNERS))
+        beta = seg.graze_beta(st, g.cr, g.cz, u, 0.5 * sum(g.beta))
         run = np.abs(np.diff(beta, axis=1)) * g.radius
         around = np.abs(np.diff(u, axis=1)) * (g.cr + g.radius * np.cos(0.5 * (beta[:, 1:] + beta[:, :-1])))
         step = np.hypot(run, around)
-        return bool((step.max(axis=1) > LONG * step.sum(axis=1)).any())
+        return bool((step.max(axis=1) > seg.LONG * step.sum(axis=1)).any())
 
     def middle_trails(self, e: Element) -> bool:
         """Whether circles trail that lie between two turning segments of an element."""
@@ -339,7 +318,7 @@ class GrazingCurve:
 
     def _tip_trails(self) -> bool:
         """Whether the lowest point of a tool without bottom disc trails, in the middle of the block."""
-        half = DENSE // 2
+        half = seg.DENSE // 2
         return bool(self.dense.velocity[half] @ self.dense.axis[half] > 0.0)
 
     def _extremes(self, e: Element) -> tuple[Floats, Floats]:
@@ -367,7 +346,7 @@ class GrazingCurve:
 
     # -- folds ---------------------------------------------------------------------------------------------
 
-    def fold(self, segment: CurveSegment, w: Floats, s: Floats) -> Floats:
+    def fold(self, segment: seg.CurveSegment, w: Floats, s: Floats) -> Floats:
         """(n, m) second derivative of the distance to the body in time: < 0 where the sheet lies inside."""
         st = self.moving.state(w)
         r, z, beta, u = segment.place(self, st, s)
@@ -386,14 +365,13 @@ class GrazingCurve:
         Between a sheet of the edge and the disc at the other end of the block the solid has a valley, from
         the chord of that end to the line in which both discs meet.
         """
-        for chord in [c for c in self.segments if isinstance(c, Chord)]:
+        for chord in [c for c in self.segments if isinstance(c, seg.Chord)]:
             fold = self.fold(chord, np.linspace(0.0, 1.0, 9), np.array([0.0, 1.0]))
             if (fold > 0.0).all():
                 continue
             ring = chord.ends[0][0]
-            spans = [
-                e for e in self.segments if isinstance(e, EdgeSpan) and ring in (e.ends[0][0], e.ends[1][0])
-            ]
+            edges = [e for e in self.segments if isinstance(e, seg.EdgeSpan)]
+            spans = [e for e in edges if ring in (e.ends[0][0], e.ends[1][0])]
             if spans and (fold > 0.0).any():
                 if -0.125 * float(fold.min()) <= self.deep:
                     continue  # a part of it lies inside, but no deeper than a sheet may
@@ -403,7 +381,7 @@ class GrazingCurve:
             self._open_valley(chord, ring, spans)
             self.segments.remove(chord)
 
-    def _fold_begins(self, chord: Chord) -> SweepError:
+    def _fold_begins(self, chord: seg.Chord) -> SweepError:
         """When the middle of a chord begins or ceases to lie inside; halves, where an end of it does so alone."""
         fold = self.fold(chord, self._w, np.array([0.0, 1.0]))
         k = np.flatnonzero((fold[1:] > 0.0).any(axis=1) != (fold[:-1] > 0.0).any(axis=1))
@@ -423,7 +401,7 @@ class GrazingCurve:
         when = float(self.moving.time(np.array([root]))[0])
         return Divide(text, when, soft=True) if 0.01 < when < 0.99 else halves
 
-    def _open_valley(self, chord: Chord, ring: int, spans: list[EdgeSpan]) -> None:
+    def _open_valley(self, chord: seg.Chord, ring: int, spans: list[seg.EdgeSpan]) -> None:
         g = self.rings[ring]
         for side in (-1, 1):
             span = next(e for e in spans if (ring, side) in e.ends)
@@ -440,15 +418,15 @@ class GrazingCurve:
             self.valley[ring, side] = st.axis[end], float(st.t[end])
             u = self.angle(ring, side, st)
             gap = (
-                np.ones(1) if other[0] == ring else side * (u - self.angle(*other, st)) * (1 if rear else -1)
+                side * (u - self.angle(*other, st)) * (1 if rear else -1) if other[0] != ring else np.ones(1)
             )
-            far = 0 if not rear else -1
+            far = -1 if rear else 0
             other_center = st.tip[0 if far else -1] + g.z * st.axis[0 if far else -1]
             corner = self.tie((ring, side), st)[far]
             if np.isnan(u).any() or gap.min() <= 0.0 or np.linalg.norm(corner - other_center) > g.r:
                 raise Divide("a valley of a flat face runs out of it", 0.5, soft=False)
 
     @cached_property
-    def ends(self) -> list[End]:
+    def ends(self) -> list[seg.End]:
         """Every end of a segment once."""
         return sorted({end for segment in self.segments for end in segment.ends})

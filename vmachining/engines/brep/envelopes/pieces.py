@@ -99,23 +99,18 @@ def cuts_of(profile: Profile, path: Turn) -> list[float]:
     found = changes(Sweep.along(profile, path))
     swaps = {c.t for c in found if c.kind == "swap"} if not path.is_steady else set()
     moving, rings = Moving(path), rings_of(Tool.of(profile))[0]
-    out = []
+    has_round_tip = profile.points[0, 0] <= FLAT_MM and profile.segments[0].is_arc
+    out = set()
     for c in found:
-        if c.t in swaps and (c.kind in ("swap", "merge") or c.z in ends):
-            continue  # the chord of a disc passes its middle, the curve the tip of a ball
-        if c.kind == "merge" and c.z in ends:
-            continue  # the same
-        if (
-            c.kind == "end"
-            and c.z == profile.z_min
-            and profile.points[0, 0] <= FLAT_MM
-            and _is_round(profile)
-        ):
+        # the chord of a disc passes its middle, the curve the tip of a ball
+        passes = c.t in swaps and (c.kind in ("swap", "merge") or c.z in ends)
+        if passes or (c.kind == "merge" and c.z in ends):
             continue
-        if c.kind == "end" and c.z in ends and _is_lens(moving, c.t, c.z, rings):
+        is_end = c.kind == "end" and c.z in ends
+        if is_end and ((c.z == profile.z_min and has_round_tip) or _is_lens(moving, c.t, c.z, rings)):
             continue
-        out.append(c.t)
-    return sorted(set(out))
+        out.add(c.t)
+    return sorted(out)
 
 
 def _is_lens(moving: Moving, t: float, z: float, rings: list[Ring]) -> bool:
@@ -128,24 +123,13 @@ def _is_lens(moving: Moving, t: float, z: float, rings: list[Ring]) -> bool:
     return False
 
 
-def _is_round(profile: Profile) -> bool:
-    return profile.segments[0].is_arc
-
-
 class _Work:
     """Pieces in the making."""
 
     def __init__(
-        self,
-        profile: Profile,
-        path: Turn,
-        fit_mm: float,
-        take: Callable[[], None],
-        *,
-        loose_mm: float,
-        soft: tuple[float, float],
-        filled: Pocket | None,
-    ) -> None:
+        self, profile: Profile, path: Turn, fit_mm: float, take: Callable[[], None], *,
+        loose_mm: float, soft: tuple[float, float], filled: Pocket | None,
+    ) -> None:  # fmt: skip
         self.profile, self.path, self.fit, self.take = profile, path, fit_mm, take
         self.loose, self.soft, self.filled = loose_mm, soft, filled
         self.deep = max(MISS_MM, loose_mm)
@@ -158,10 +142,8 @@ class _Work:
     def add(self, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
         """The part from t = a to b; soft ends are changes of shape."""
         self.take()
-        gaps = [
-            (0.5 * GAP_MM if 0.0 < t < 1.0 else END_GAP_MM) / self.speed * s
-            for t, s in ((a, soft_a), (b, soft_b))
-        ]
+        shares = [0.5 * GAP_MM if 0.0 < t < 1.0 else END_GAP_MM for t in (a, b)]
+        gaps = [share / self.speed * s for share, s in zip(shares, (soft_a, soft_b), strict=True)]
         lo, hi = a + gaps[0], b - gaps[1]
         if (hi - lo) * self.speed < SHORT_PIECE_MM or len(self.out) >= PARTS:
             raise SweepError("the grazing curve changes its shape too often for solids")

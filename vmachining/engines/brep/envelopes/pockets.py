@@ -24,7 +24,7 @@ from vmachining.arrays import Floats
 from vmachining.engines.brep.envelopes.rings import Element, Ring, rings_of
 from vmachining.engines.brep.translations.caps import Tool
 from vmachining.sweep import Sweep, Turn
-from vmachining.sweep.folds import standing
+from vmachining.sweep.folds import least_count, standing
 from vmachining.sweep.grazing import (
     Instant,
     across,
@@ -56,13 +56,17 @@ class Pocket(NamedTuple):
     ring: int
     sign: int
 
-    def heights(self, profile: Profile) -> tuple[float, float]:
-        """mm between which the loop lies: of the disc and of the far end of its corner."""
+    def place(self, profile: Profile) -> tuple[Ring, Element]:
+        """The disc and its round corner."""
         rings, elements = rings_of(Tool.of(profile))
-        z = rings[self.ring].z
         arc = _corner(elements, self.ring)
         assert arc is not None
-        return z, arc.segment.z1 if arc.segment.z0 == z else arc.segment.z0
+        return rings[self.ring], arc
+
+    def heights(self, profile: Profile) -> tuple[float, float]:
+        """mm between which the loop lies: of the disc and of the far end of its corner."""
+        disc, arc = self.place(profile)
+        return disc.z, arc.segment.z1 if arc.segment.z0 == disc.z else arc.segment.z0
 
     def poses(
         self, profile: Profile, path: Turn, span: tuple[float, float], gap: float, most: int
@@ -73,22 +77,12 @@ class Pocket(NamedTuple):
         """
         a, b = span
         away = [Sweep.along(profile, standing(path, t)) for t in (*(a * (1.0 - FAR)), *(b + (1.0 - b) * FAR))]
-        count, missing = 1, self._missing(profile, path.part(a, b), 1, away)
-        for order in (2, 1):
-            if missing <= gap:
-                break
-            count = int(np.ceil(1.05 * count * (missing / gap) ** (1.0 / order)))
-            if count > most:
-                return None
-            missing = self._missing(profile, path.part(a, b), count, away)
-        return count if missing <= gap else None
+        part = path.part(a, b)
+        return least_count(lambda count: self._missing(profile, part, count, away), gap, most)
 
     def _missing(self, profile: Profile, path: Turn, count: int, away: list[Sweep]) -> float:
         """mm between the arcs and `count` + 1 poses, or those away, at instants between them."""
-        rings, elements = rings_of(Tool.of(profile))
-        disc, arc = rings[self.ring], _corner(elements, self.ring)
-        assert arc is not None
-        worst = 0.0
+        (disc, arc), worst = self.place(profile), 0.0
         stood = [Sweep.along(profile, standing(path, k / count)) for k in range(count + 1)]
         for k in range(count):
             near = [stood[i] for i in sorted({0, k, k + 1, count // 2, count})] + away
@@ -101,9 +95,7 @@ class Pocket(NamedTuple):
 
     def flux(self, profile: Profile, path: Turn) -> float:
         """mm^3 by which the solid without the loop differs from V(K) + Phi."""
-        rings, elements = rings_of(Tool.of(profile))
-        disc, arc = rings[self.ring], _corner(elements, self.ring)
-        assert arc is not None
+        disc, arc = self.place(profile)
         x, w = np.polynomial.legendre.leggauss(NODES)
         t = ((np.arange(PANELS)[:, None] + 0.5 * (x + 1.0)) / PANELS).ravel()
         weights = np.tile(0.5 * w / PANELS, PANELS)
@@ -119,10 +111,8 @@ class Pocket(NamedTuple):
         first = abs(float(now.velocity @ now.axis)) / size if size > 0.0 else disc.r
         total = 0.0
         if first < disc.r:
-            rho = first + x * (disc.r - first)
-            total += float(
-                (w * (disc.r - first) * rho) @ self._wrong(now, disc.z, rho, 0.0, np.sin(disc.beta))
-            )
+            rho, weight = first + x * (disc.r - first), w * (disc.r - first)
+            total += float((weight * rho) @ self._wrong(now, disc.z, rho, 0.0, np.sin(disc.beta)))
         far = _calm(now, arc, disc)
         if far is None:
             return total

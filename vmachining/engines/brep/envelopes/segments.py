@@ -26,7 +26,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -165,6 +165,7 @@ class Angles(Protocol):
         """(n, m) angles on the branch that joins two ends."""
 
 
+@dataclass(frozen=True, eq=False)
 class CurveSegment(ABC):
     """The grazing curve on one face or edge; s in [0, 1] runs from `ends[0]` to `ends[1]`.
 
@@ -173,8 +174,8 @@ class CurveSegment(ABC):
 
     element: int
     ends: tuple[End, End]
-    bend: float = 0.0
-    linear: bool = False
+    bend: ClassVar[float] = 0.0
+    linear: ClassVar[bool] = False
 
     @abstractmethod
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -200,8 +201,6 @@ class LineSide(CurveSegment):
         even shares of its length then instead of the height.
     """
 
-    element: int
-    ends: tuple[End, End]
     segment: Segment
     bent: bool = False
 
@@ -221,8 +220,6 @@ class LineSide(CurveSegment):
 class LineTurn(CurveSegment):
     """A cone from one side of a ring to the other one, by the square root of the way to where it turns."""
 
-    element: int
-    ends: tuple[End, End]
     segment: Segment
     last: bool  # whether the ring is the upper one
 
@@ -252,8 +249,6 @@ class LineTurn(CurveSegment):
 class Round(CurveSegment):
     """On an arc of the meridian."""
 
-    element: int
-    ends: tuple[End, End]
     segment: Segment
 
     @property
@@ -318,8 +313,6 @@ class BallTurn(Round):
 class EdgeSpan(CurveSegment):
     """A sharp edge between two angles; beta: the middle of its normals."""
 
-    element: int
-    ends: tuple[End, End]
     r: float
     z: float
     beta: float
@@ -349,12 +342,10 @@ class RimPatch(EdgeSpan):
 class Chord(CurveSegment):
     """A disc, from one side of its rim to the other."""
 
-    element: int
-    ends: tuple[End, End]
     r: float
     z: float
     beta: float
-    linear: bool = True
+    linear = True
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         ua, ub = (of.angle(*end, st)[:, None] for end in self.ends)

@@ -28,18 +28,7 @@ from vmachining.arrays import Floats
 from vmachining.engines.brep.envelopes.grazing_curve import GrazingCurve
 from vmachining.engines.brep.envelopes.lens import Lens
 from vmachining.engines.brep.envelopes.segments import Chord, CurveSegment, EdgeSpan, End, RimPatch, State
-from vmachining.engines.brep.occt.shapes import (
-    DEGREE,
-    Circle,
-    Frame,
-    Part,
-    Plane,
-    Spline,
-    SplineSheet,
-    Straight,
-    interpolated,
-    nodes_for,
-)
+from vmachining.engines.brep.occt import shapes as geo
 from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, FLAT_MM, SAME_VERTEX_MM, SHORT_EDGE_MM
 from vmachining.engines.brep.occt.topology import Builder, Edge, Use, run_of
 from vmachining.engines.brep.translations.caps import Rings, meridian_curve, normals
@@ -104,28 +93,27 @@ class _Envelope:
             if g.rings[end[0]].r == 0.0 and other in self.ties:
                 self.ties[end] = self.ties[other]  # both sides of a cone meet in the path of its tip
                 continue
-            spline = make_interp_spline(self.w, g.tie(end, st), k=DEGREE)
-            self.ties[end] = self.build.edge(Spline(spline, 0.0))
+            spline = make_interp_spline(self.w, g.tie(end, st), k=geo.DEGREE)
+            self.ties[end] = self.build.edge(geo.Spline(spline, 0.0))
         for number, segment in enumerate(g.segments):
             self._sheet(number, segment, fitted[number])
         for lens, patch, sheet in zip(g.lenses, patches, fitted[len(g.segments) :], strict=True):
             self._lens(lens, patch, sheet)
 
-    def _fitted(self, segment: CurveSegment) -> SplineSheet:
+    def _fitted(self, segment: CurveSegment) -> geo.SplineSheet:
         """Sheet of a segment through its points at the nodes of time; its error is noted."""
         middle_w = 0.5 * (self.w[:-1] + self.w[1:])
         st, middle = (self.moving.state(w) for w in (self.w, middle_w))
         s = np.array([0.0, 1.0]) if segment.linear else self._places(segment)
-        along = make_interp_spline(s, np.zeros(len(s)), k=1 if segment.linear else DEGREE)
+        along = make_interp_spline(s, np.zeros(len(s)), k=1 if segment.linear else geo.DEGREE)
         poles = make_interp_spline(s, self._points(segment, st, s).transpose(1, 0, 2), k=along.k).c
-        inner = make_interp_spline(self.w, poles.transpose(1, 0, 2), k=DEGREE)
-        over = BSpline(inner.t, np.zeros(len(self.w)), DEGREE)
-        sheet = SplineSheet(along, over, inner.c.transpose(1, 0, 2))
+        inner = make_interp_spline(self.w, poles.transpose(1, 0, 2), k=geo.DEGREE)
+        over = BSpline(inner.t, np.zeros(len(self.w)), geo.DEGREE)
+        sheet = geo.SplineSheet(along, over, inner.c.transpose(1, 0, 2))
         middle_s = np.array([0.5]) if segment.linear else 0.5 * (s[:-1] + s[1:])
         exact = self._points(segment, middle, middle_s)
-        found = BSpline(over.t, BSpline(along.t, sheet.poles, along.k)(middle_s).transpose(1, 0, 2), DEGREE)(
-            middle_w
-        )
+        along_s = BSpline(along.t, sheet.poles, along.k)(middle_s).transpose(1, 0, 2)
+        found = BSpline(over.t, along_s, geo.DEGREE)(middle_w)
         self.error = max(self.error, float(np.linalg.norm(found - exact, axis=-1).max()))
         return sheet
 
@@ -143,7 +131,7 @@ class _Envelope:
         ends = (lens.ring, -1), (lens.ring, 1)
         return RimPatch(number, ends, ring.r, ring.z, self.grazing.fan(edge), lens.lo, lens.hi)
 
-    def _lens(self, lens: Lens, patch: RimPatch, sheet: SplineSheet) -> None:
+    def _lens(self, lens: Lens, patch: RimPatch, sheet: geo.SplineSheet) -> None:
         """Face of a lens of the rim: its border, and the last (or first) pose of the rim."""
         ring, size = self.grazing.rings[lens.ring], lens.hi - lens.lo
 
@@ -155,16 +143,16 @@ class _Envelope:
             st, u = self.moving.state(w), lens.lo + s[:, None] * size
             return np.asarray(st.tip + ring.z * st.axis + ring.r * st.radial(u)[:, 0])
 
-        border = self.build.edge(interpolated(points, 0.0, 1.0, CURVE_FIT_MM, first=9, most=NODES))
-        trace = interpolated(path, 0.0, 1.0, 0.01 * CURVE_FIT_MM, first=9, most=NODES).spline
+        border = self.build.edge(geo.interpolated(points, 0.0, 1.0, CURVE_FIT_MM, first=9, most=NODES))
+        trace = geo.interpolated(path, 0.0, 1.0, 0.01 * CURVE_FIT_MM, first=9, most=NODES).spline
         w = float(lens.sign > 0)
-        rim = self.build.edge(Spline(BSpline(sheet.u.t, sheet.poles[:, -1 if w else 0], sheet.u.k), 0.0))
+        rim = self.build.edge(geo.Spline(BSpline(sheet.u.t, sheet.poles[:, -1 if w else 0], sheet.u.k), 0.0))
         self.rims[lens.sign].put(ring.joint, lens.lo, lens.hi, rim)
         loop = [Use(rim, (0.0, w), (1.0, w)), Use(border, path=trace)]
         at = 0.5 * (w + float(trace(0.5)[1]))
         normal = patch.normals(self.grazing, self.moving.state(np.array([at])), np.array([0.5]))[0, 0]
         self.build.face(sheet, [loop], np.array([0.5, at]), normal)
-        line = self.build.edge(Straight(*(self.build.place(v) for v in (border.first, border.last))))
+        line = self.build.edge(geo.Straight(*(self.build.place(v) for v in (border.first, border.last))))
         self.lenses[lens.ring] = border, line
 
     def _times(self) -> Floats:
@@ -181,7 +169,7 @@ class _Envelope:
             lenses = [self._points(self._patch(lens), st, s).reshape(len(w), -1) for lens in g.lenses]
             return np.concatenate([*ties, *curved, *lenses], axis=1)
 
-        nodes, error = nodes_for(paths, 0.0, 1.0, wanted, first=7, most=TIMES)
+        nodes, error = geo.nodes_for(paths, 0.0, 1.0, wanted, first=7, most=TIMES)
         if error > max(10.0 * wanted, self.loose):
             raise SweepError("the grazing curve moves too unevenly for a spline in time")
         return nodes
@@ -193,12 +181,12 @@ class _Envelope:
         def curves(s: Floats) -> Floats:
             return self._points(segment, st, s).transpose(1, 0, 2).reshape(len(s), -1)
 
-        nodes, error = nodes_for(curves, 0.0, 1.0, CURVE_FIT_MM, first=7, most=NODES)
+        nodes, error = geo.nodes_for(curves, 0.0, 1.0, CURVE_FIT_MM, first=7, most=NODES)
         if error > 3.0 * CURVE_FIT_MM:
             raise SweepError("the grazing curve bends too sharply for a spline")
         return nodes
 
-    def _sheet(self, number: int, segment: CurveSegment, sheet: SplineSheet) -> None:
+    def _sheet(self, number: int, segment: CurveSegment, sheet: geo.SplineSheet) -> None:
         loop: list[Use] = []
         last, first = (self.ties[segment.ends[k]] for k in (1, 0))
         for sign, w in ((-1, 0.0), (1, 1.0)):
@@ -219,8 +207,8 @@ class _Envelope:
     def _border(self, segment: CurveSegment, along: BSpline, poles: Floats, sign: int) -> list[Edge]:
         """Edges of the grazing curve in a pose, cut where a cap is cut."""
         if segment.linear:
-            return [self.build.edge(Straight(poles[0], poles[-1]))]
-        whole = Spline(BSpline(along.t, poles, along.k), 0.0)
+            return [self.build.edge(geo.Straight(poles[0], poles[-1]))]
+        whole = geo.Spline(BSpline(along.t, poles, along.k), 0.0)
         inside = [0.5] if (segment.element, sign) in self.cuts and _turns(segment) else []
         if isinstance(segment, EdgeSpan):  # a cap next to it may be cut there
             joint = self.grazing.rings[segment.ends[0][0]].joint
@@ -230,7 +218,7 @@ class _Envelope:
             marks = (u + t for u in self.rims[sign]._breaks[joint] for t in turns)
             inside = sorted((u - ua) / (ub - ua) for u in marks if lo + 1e-9 < u < hi - 1e-9)
         stops = [0.0, *inside, 1.0]
-        edges = [self.build.edge(Part(whole, a, b)) for a, b in pairwise(stops)]
+        edges = [self.build.edge(geo.Part(whole, a, b)) for a, b in pairwise(stops)]
         if isinstance(segment, EdgeSpan):
             for edge, share in zip(edges, pairwise(stops), strict=True):
                 lo, hi = sorted(ua + s * (ub - ua) for s in share)
@@ -296,11 +284,9 @@ class _Envelope:
 
     def _meridians(self, number: int, sign: int) -> list[tuple[float, CurveSegment | None]]:
         """Two angles, the lower one first, at which a cap is cut, each with the curve that turns there."""
+        st, half = self.states[sign], np.array([0.5])
         found: list[tuple[float, CurveSegment | None]] = [
-            (
-                float(turn.place(self.grazing, self.states[sign], np.array([0.5]))[3][0, 0]) % (2.0 * np.pi),
-                turn,
-            )
+            (float(turn.place(self.grazing, st, half)[3][0, 0]) % (2.0 * np.pi), turn)
             for turn in self._turning(number)
         ]
         if not found:
@@ -335,13 +321,16 @@ class _Envelope:
             holes = [[border, line]] if whole else []
             edges += [] if whole else [line]
         if g.present[ring]:
-            edges += [edge for k, s in enumerate(g.segments) if s.element == number
-                      for edge in self.curves[k, sign]]  # fmt: skip
+            edges += self._drawn(number, sign)
             edges += self._valley(ring, sign)
         point = pose.point(0.0, g.rings[ring].z, 0.0)
-        self.build.face(
-            Plane(Frame(point, pose.axis, pose.heading)), [run_of(edges), *holes], np.zeros(2), up * pose.axis
-        )
+        plane = geo.Plane(geo.Frame(point, pose.axis, pose.heading))
+        self.build.face(plane, [run_of(edges), *holes], np.zeros(2), up * pose.axis)
+
+    def _drawn(self, number: int, sign: int) -> list[Edge]:
+        """What the grazing curve leaves on an element in a pose."""
+        owned = [k for k, s in enumerate(self.grazing.segments) if s.element == number]
+        return [edge for k in owned for edge in self.curves[k, sign]]
 
     def _valley(self, ring: int, sign: int) -> list[Edge]:
         """Where a pose of a disc meets its other pose and the sheets of the rim."""
@@ -360,7 +349,7 @@ class _Envelope:
             a, b = (self.build.place(corner) for corner in corners)
             if np.linalg.norm(b - a) < SHORT_EDGE_MM:
                 raise SweepError("both poses of a flat face meet in a point")
-            self.curves[key] = [self.build.edge(Straight(a, b))]
+            self.curves[key] = [self.build.edge(geo.Straight(a, b))]
         return ties + self.curves[key]
 
     def _cap(self, number: int, sign: int) -> None:
@@ -368,9 +357,7 @@ class _Envelope:
         if (number, sign) in self.cuts:
             self._halves(number, sign)
             return
-        edges = [
-            edge for k, s in enumerate(g.segments) if s.element == number for edge in self.curves[k, sign]
-        ]
+        edges = self._drawn(number, sign)
         for ring in (e.lower, e.upper):
             arc = self.kept(ring, sign)
             if arc is not None and ring is not None:
@@ -399,9 +386,9 @@ class _Envelope:
             curve = meridian_curve(pose.tip, pose.radial(u), s, pose.axis)
             if turn is not None:
                 _, z, beta, _ = (float(v[0, 0]) for v in turn.place(g, st, np.array([0.5])))
-                at = beta if isinstance(curve, Circle) else curve.t1 * (z - s.z0) / (s.z1 - s.z0)
+                at = beta if isinstance(curve, geo.Circle) else curve.t1 * (z - s.z0) / (s.z1 - s.z0)
                 up = turn.ends[0][0] == e.upper
-                curve = Part(curve, curve.t0, at) if up else Part(curve, at, curve.t1)
+                curve = geo.Part(curve, curve.t0, at) if up else geo.Part(curve, at, curve.t1)
                 parts = self.curves[g.segments.index(turn), sign]
                 later = float(turn.place(g, st, np.array([0.75]))[3][0, 0])
                 ahead = 1 if np.sin(later - u) > 0.0 else 0
@@ -440,14 +427,7 @@ class _Envelope:
         surface = pose.surface(s, 0.5 * (span[0] + span[1]), region, hints)
         curve = edges[0].curve
         probe = curve.at(np.array(0.5 * (curve.t0 + curve.t1)))
-        offset = probe - pose.tip
-        radial = offset - (offset @ pose.axis) * pose.axis
-        size = float(np.linalg.norm(radial))
-        if s.is_arc:
-            outward = offset - s.cz * pose.axis - s.cr * (radial / size if size > FLAT_MM else 0.0)
-        else:
-            outward = np.cos(s.beta[0]) * radial / size + np.sin(s.beta[0]) * pose.axis
-        self.build.face(surface, [edges], probe, outward)
+        self.build.face(surface, [edges], probe, pose.outward(s, probe))
 
 
 def _turns(segment: CurveSegment) -> bool:

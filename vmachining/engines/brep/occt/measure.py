@@ -20,7 +20,7 @@ Departure from `BRepGProp`: its plain variant was measured to be off by 7e-4 rel
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Any
 
@@ -48,18 +48,21 @@ def volume(shape: Any) -> float:
     Raises EngineError: A face of a kind that no formula is known for.
     """
     total, origin = 0.0, None
-    faces = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
-    while faces.More():
-        face = TopoDS.Face_s(faces.Current())
-        faces.Next()
-        if face.Orientation() in (TopAbs_Orientation.TopAbs_INTERNAL, TopAbs_Orientation.TopAbs_EXTERNAL):
-            continue  # has the same on both sides
-        sign = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
-        place, flux, area = _face(TopoDS.Face_s(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD)))
-        if origin is None:
-            origin = place
+    for part, sign in _signed(shape, TopAbs_ShapeEnum.TopAbs_FACE):
+        place, flux, area = _face(TopoDS.Face_s(part.Oriented(TopAbs_Orientation.TopAbs_FORWARD)))
+        origin = place if origin is None else origin
         total += sign * (flux + float((place - origin) @ area) / 3.0)
     return total
+
+
+def _signed(shape: Any, kind: Any) -> Iterator[tuple[Any, float]]:
+    """Faces or edges, and which way round they are; without those that have the same on both sides."""
+    found = TopExp_Explorer(shape, kind)
+    while found.More():
+        part = found.Current()
+        found.Next()
+        if part.Orientation() not in (TopAbs_Orientation.TopAbs_INTERNAL, TopAbs_Orientation.TopAbs_EXTERNAL):
+            yield part, -1.0 if part.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
 
 
 def _face(face: Any) -> tuple[Floats, float, Floats]:
@@ -67,13 +70,8 @@ def _face(face: Any) -> tuple[Floats, float, Floats]:
     surface = BRepAdaptor_Surface(face)
     kind = surface.GetType()
     edges, area = [], np.zeros(3)
-    found = TopExp_Explorer(face, TopAbs_ShapeEnum.TopAbs_EDGE)
-    while found.More():
-        edge = TopoDS.Edge_s(found.Current())
-        found.Next()
-        if edge.Orientation() in (TopAbs_Orientation.TopAbs_INTERNAL, TopAbs_Orientation.TopAbs_EXTERNAL):
-            continue
-        sign = -1.0 if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
+    for part, sign in _signed(face, TopAbs_ShapeEnum.TopAbs_EDGE):
+        edge = TopoDS.Edge_s(part)
         edges.append((edge, sign))
         if not BRep_Tool.Degenerated_s(edge):
             area += sign * _swept_area(edge)

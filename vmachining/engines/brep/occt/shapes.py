@@ -12,19 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from OCP.Geom import (
-    Geom_BSplineCurve,
-    Geom_BSplineSurface,
-    Geom_Circle,
-    Geom_ConicalSurface,
-    Geom_CylindricalSurface,
-    Geom_Line,
-    Geom_Plane,
-    Geom_SphericalSurface,
-    Geom_SurfaceOfLinearExtrusion,
-    Geom_SurfaceOfRevolution,
-    Geom_ToroidalSurface,
-)
+from OCP import Geom
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Circ, gp_Dir, gp_Pnt
 from OCP.TColgp import TColgp_Array1OfPnt, TColgp_Array2OfPnt
 from OCP.TColStd import TColStd_Array1OfInteger, TColStd_Array1OfReal
@@ -133,7 +121,7 @@ class Straight(Curve):
 
     @property
     def geom(self) -> Any:
-        return Geom_Line(pnt(self.start), _dir(self.end - self.start))
+        return Geom.Geom_Line(pnt(self.start), _dir(self.end - self.start))
 
     def at(self, t: Floats) -> Floats:
         direction = (self.end - self.start) / self.t1
@@ -151,7 +139,7 @@ class Circle(Curve):
 
     @property
     def geom(self) -> Any:
-        return Geom_Circle(gp_Circ(self.frame.ax2, self.radius))
+        return Geom.Geom_Circle(gp_Circ(self.frame.ax2, self.radius))
 
     def at(self, t: Floats) -> Floats:
         t = np.asarray(t)
@@ -178,7 +166,7 @@ class Spline(Curve):
         poles = TColgp_Array1OfPnt(1, len(self.spline.c))
         for k, p in enumerate(self.spline.c, start=1):
             poles.SetValue(k, pnt(p))
-        return Geom_BSplineCurve(poles, *knots_of(self.spline), self.spline.k)
+        return Geom.Geom_BSplineCurve(poles, *knots_of(self.spline), self.spline.k)
 
     def at(self, t: Floats) -> Floats:
         return np.asarray(self.spline(np.clip(t, self.t0, self.t1)))
@@ -278,7 +266,7 @@ class Plane(Surface):
 
     @property
     def geom(self) -> Any:
-        return Geom_Plane(self.frame.ax3)
+        return Geom.Geom_Plane(self.frame.ax3)
 
     def at(self, uv: Floats) -> Floats:
         return self.frame.world(uv[..., 0], uv[..., 1], np.zeros(uv.shape[:-1]))
@@ -326,7 +314,7 @@ class Cylinder(_Round):
 
     @property
     def geom(self) -> Any:
-        return Geom_CylindricalSurface(self.frame.ax3, self.radius)
+        return Geom.Geom_CylindricalSurface(self.frame.ax3, self.radius)
 
     def meridian(self, v: Floats) -> tuple[Floats, Floats]:
         return np.full(np.shape(v), self.radius), v
@@ -343,7 +331,7 @@ class Cone(_Round):
 
     @property
     def geom(self) -> Any:
-        return Geom_ConicalSurface(self.frame.ax3, self.half_angle, self.radius)
+        return Geom.Geom_ConicalSurface(self.frame.ax3, self.half_angle, self.radius)
 
     def meridian(self, v: Floats) -> tuple[Floats, Floats]:
         return self.radius + v * np.sin(self.half_angle), v * np.cos(self.half_angle)
@@ -370,10 +358,10 @@ class Torus(_Turned):
     def geom(self) -> Any:
         f = self.frame
         if self.major > self.minor:
-            return Geom_ToroidalSurface(f.ax3, self.major, self.minor)
+            return Geom.Geom_ToroidalSurface(f.ax3, self.major, self.minor)
         center = Frame(f.origin + self.major * f.x, -f.y, f.x)
-        circle = Geom_Circle(gp_Circ(center.ax2, self.minor))
-        return Geom_SurfaceOfRevolution(circle, gp_Ax1(pnt(f.origin), _dir(f.z)))
+        circle = Geom.Geom_Circle(gp_Circ(center.ax2, self.minor))
+        return Geom.Geom_SurfaceOfRevolution(circle, gp_Ax1(pnt(f.origin), _dir(f.z)))
 
     def meridian(self, v: Floats) -> tuple[Floats, Floats]:
         return self.major + self.minor * np.cos(v), self.minor * np.sin(v)
@@ -388,7 +376,7 @@ class Sphere(_Round):
 
     @property
     def geom(self) -> Any:
-        return Geom_SphericalSurface(self.frame.ax3, self.radius)
+        return Geom.Geom_SphericalSurface(self.frame.ax3, self.radius)
 
     def meridian(self, v: Floats) -> tuple[Floats, Floats]:
         return self.radius * np.cos(v), self.radius * np.sin(v)
@@ -406,7 +394,7 @@ class Extrusion(Surface):
 
     @property
     def geom(self) -> Any:
-        return Geom_SurfaceOfLinearExtrusion(self.curve.geom, _dir(self.direction))
+        return Geom.Geom_SurfaceOfLinearExtrusion(self.curve.geom, _dir(self.direction))
 
     def at(self, uv: Floats) -> Floats:
         return np.asarray(self.curve.at(uv[..., 0]) + uv[..., 1, None] * self.direction)
@@ -431,7 +419,7 @@ class SplineSheet(Surface):
             for j in range(m):
                 grid.SetValue(i + 1, j + 1, pnt(self.poles[i, j]))
         (ku, mu), (kv, mv) = knots_of(self.u), knots_of(self.v)
-        return Geom_BSplineSurface(grid, ku, kv, mu, mv, self.u.k, self.v.k)
+        return Geom.Geom_BSplineSurface(grid, ku, kv, mu, mv, self.u.k, self.v.k)
 
     def at(self, uv: Floats) -> Floats:
         a, b = (

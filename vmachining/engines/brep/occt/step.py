@@ -58,14 +58,14 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
         raise StockError(f"OCCT cannot read it: {exc}", file=name) from exc
     placed = sum(_solids(shape, {}) for shape in shapes)
     if placed > MOST_SOLIDS:
-        raise StockError(
+        what, remedy = (
             f"holds {placed} solids; at most {MOST_SOLIDS} are read",
-            file=name,
-            remedy="export the workpiece alone, joined into one solid",
+            "export the workpiece alone, joined into one solid",
         )
+        raise StockError(what, file=name, remedy=remedy)
     solids = [solid for shape in shapes for solid in parts.solids_of(shape)]
     loose = sum(len(parts.shells_of(shape)) for shape in shapes) - sum(
-        len(parts.shells_of(solid)) for solid in solids
+        len(parts.shells_of(s)) for s in solids
     )
     if not solids:
         what = f"{loose} shell{'s' if loose != 1 else ''}" if loose > 0 else "no shape with a volume"
@@ -73,9 +73,8 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
             f"contains no solid, only {what}", file=name, remedy="export the part as a closed solid"
         )
     if loose > 0:
-        raise StockError(
-            f"holds {loose} open shell(s) in addition to its solid(s)", file=name, remedy="export solids only"
-        )
+        what = f"holds {loose} open shell(s) in addition to its solid(s)"
+        raise StockError(what, file=name, remedy="export solids only")
     for number, solid in enumerate(solids, start=1):
         _check(solid, f"solid {number} of {len(solids)}" if len(solids) > 1 else "the solid", name)
     solid = _joined(solids, name) if len(solids) > 1 else solids[0]
@@ -83,11 +82,8 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
     exact = _volume(solid)
     meshed = Triangles(vertices, triangles).volume
     if abs(meshed - exact) > STEP_MESH_REL * exact:
-        raise StockError(
-            f"its triangles enclose {meshed:.6g} mm3, the solid {exact:.6g} mm3",
-            file=name,
-            remedy="take a finer chord",
-        )
+        what = f"its triangles enclose {meshed:.6g} mm3, the solid {exact:.6g} mm3"
+        raise StockError(what, file=name, remedy="take a finer chord")
     return StepSolid(vertices, triangles, exact, curved)
 
 
@@ -162,9 +158,8 @@ def _joined(solids: list[Any], name: str) -> Any:
             try:
                 shared = _volume(common(one, other, 0.0))
             except EngineError as exc:
-                raise StockError(
-                    f"OCCT cannot tell whether its solids overlap: {exc.reason}", file=name
-                ) from exc
+                what = f"OCCT cannot tell whether its solids overlap: {exc.reason}"
+                raise StockError(what, file=name) from exc
             if shared > 1e-9 * min(_volume(one), _volume(other)):
                 raise StockError("contains solids that overlap", file=name, remedy="join them into one")
     return compound(solids)

@@ -208,9 +208,8 @@ class Builder:
             share = ((t - t[0]) / (t[-1] - t[0]))[:, None]
             return t, (1.0 - share) * np.array(use.start) + share * np.array(use.end)
         uv = self._unwrapped(surface, curve.at(t))
-        while (
-            surface.period[0] and len(t) < 400
-        ):  # close to a pole u turns fast: look closer before unwrapping
+        # close to a pole u turns fast: look closer before unwrapping
+        while surface.period[0] and len(t) < 400:
             jumps = np.flatnonzero(np.abs(np.diff(uv[:, 0])) > 0.7)
             if not len(jumps) or np.diff(t)[jumps].max() < 1e-6 * (t[-1] - t[0]):
                 break
@@ -282,9 +281,8 @@ class Builder:
         for parts in (1, 2, 4) if len(breaks) > spline.k else ():
             if missed(spline) <= CONFUSION_MM:
                 break
-            places = (
-                np.arange(parts * (len(breaks) - 1) + 1) / parts
-            )  # the curve's own knots are where it bends
+            # the curve's own knots are where it bends
+            places = np.arange(parts * (len(breaks) - 1) + 1) / parts
             nodes = np.interp(places, np.arange(len(breaks)), breaks)
             spline = make_interp_spline(nodes, exact(nodes), k=spline.k)
         return spline, missed(spline)

@@ -111,10 +111,12 @@ class BlockChecker:
             try:
                 value = _attempted(ATTEMPTS[name], tasks)
             except Exception as exc:  # OCCT raises whatever it meets
-                ours = isinstance(exc, SweepError | EngineError)
-                reasons.append(
-                    f"{name}: {exc}" if ours else f"{name}: OCCT failed: {type(exc).__name__} {exc}"
+                text = (
+                    str(exc)
+                    if isinstance(exc, SweepError | EngineError)
+                    else f"OCCT failed: {type(exc).__name__} {exc}"
                 )
+                reasons.append(f"{name}: {text}")
                 tried.append((name, None))
                 continue
             tried.append((name, value.volume))
@@ -148,9 +150,8 @@ class BlockChecker:
                 continue
             near = self._index.needed(k, self._box)
             cut = [self._solids(j) for j in near]
-            out.append(
-                Task(self._stock, self._sweeps[k], self._solids(k), [self._sweeps[j] for j in near], cut)
-            )
+            earlier = [self._sweeps[j] for j in near]
+            out.append(Task(self._stock, self._sweeps[k], self._solids(k), earlier, cut))
         return out
 
     def _solids(self, k: int) -> list[Any]:

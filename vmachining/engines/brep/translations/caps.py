@@ -15,18 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.occt.shapes import (
-    Circle,
-    Cone,
-    Curve,
-    Cylinder,
-    Frame,
-    Plane,
-    Sphere,
-    Straight,
-    Surface,
-    Torus,
-)
+from vmachining.engines.brep.occt import shapes as geo
 from vmachining.engines.brep.occt.tolerances import FLAT_MM
 from vmachining.engines.brep.occt.topology import Builder, Edge
 from vmachining.tool import Profile, Segment
@@ -90,13 +79,22 @@ class Pose:
         """(3,) outward normal of the tool."""
         return np.asarray(np.cos(beta) * self.radial(u) + np.sin(beta) * self.axis)
 
-    def ring(self, r: float, z: float, ua: float, ub: float) -> Circle:
+    def outward(self, s: Segment, point: Floats) -> Floats:
+        """(3,) outward normal of a segment at a point of it, of any length."""
+        offset = point - self.tip
+        radial = offset - (offset @ self.axis) * self.axis
+        size = float(np.linalg.norm(radial))
+        if s.is_arc:
+            return np.asarray(offset - s.cz * self.axis - s.cr * (radial / size if size > FLAT_MM else 0.0))
+        return np.asarray(np.cos(s.beta[0]) * radial / size + np.sin(s.beta[0]) * self.axis)
+
+    def ring(self, r: float, z: float, ua: float, ub: float) -> geo.Circle:
         """Arc of a circle of the tool from ua to ub > ua; the parameter is the angle."""
-        return Circle(Frame(self.tip + z * self.axis, self.axis, self.heading), r, ua, ub)
+        return geo.Circle(geo.Frame(self.tip + z * self.axis, self.axis, self.heading), r, ua, ub)
 
     def surface(
         self, s: Segment, middle: float, region: Floats | None = None, hints: Floats | None = None
-    ) -> Surface:
+    ) -> geo.Surface:
         """Surface of a segment with the seam opposite to angle `middle`.
 
         region : (n, 3) unit normals of the face, wanted for a ball to put its poles elsewhere.
@@ -106,14 +104,9 @@ class Pose:
 
 
 def around(
-    center: Floats,
-    seam: Floats,
-    s: Segment,
-    major: float,
-    region: Floats | None = None,
-    hints: Floats | None = None,
+    center: Floats, seam: Floats, s: Segment, major: float, region: Floats | None = None, hints: Floats | None = None,
     axis: Floats = UP,
-) -> Surface:
+) -> geo.Surface:  # fmt: skip
     """Surface of a meridian segment turned about an axis through `center`.
 
     s : segment with radii about this axis; major : radius of the circle of centres of an arc; seam : where
@@ -123,27 +116,27 @@ def around(
         place = center + s.cz * axis
         if abs(major) <= FLAT_MM:
             assert region is not None
-            return Sphere(sphere_frame(place, region, hints), s.radius)
+            return geo.Sphere(sphere_frame(place, region, hints), s.radius)
         middle = 1.75 * np.pi if s.z0 + s.z1 < 2.0 * s.cz else 0.25 * np.pi
-        return Torus(Frame(place, axis, seam), major, s.radius, (np.pi, middle))
-    frame = Frame(center + s.z0 * axis, axis, seam)
+        return geo.Torus(geo.Frame(place, axis, seam), major, s.radius, (np.pi, middle))
+    frame = geo.Frame(center + s.z0 * axis, axis, seam)
     if s.z0 == s.z1:
-        return Plane(frame)
+        return geo.Plane(frame)
     if abs(s.r0 - s.r1) <= FLAT_MM:
-        return Cylinder(frame, 0.5 * (s.r0 + s.r1))
-    return Cone(frame, s.r0, float(np.arctan2(s.r1 - s.r0, s.z1 - s.z0)))
+        return geo.Cylinder(frame, 0.5 * (s.r0 + s.r1))
+    return geo.Cone(frame, s.r0, float(np.arctan2(s.r1 - s.r0, s.z1 - s.z0)))
 
 
-def meridian_curve(center: Floats, radial: Floats, s: Segment, axis: Floats = UP) -> Curve:
+def meridian_curve(center: Floats, radial: Floats, s: Segment, axis: Floats = UP) -> geo.Curve:
     """The segment in the half plane through the axis and `radial`; of an arc the parameter is beta."""
     if s.is_arc:
         place = center + s.cr * radial + s.cz * axis
         b0, b1 = s.beta
-        return Circle(Frame(place, np.cross(radial, axis), radial), s.radius, b0, b1)
-    return Straight(center + s.r0 * radial + s.z0 * axis, center + s.r1 * radial + s.z1 * axis)
+        return geo.Circle(geo.Frame(place, np.cross(radial, axis), radial), s.radius, b0, b1)
+    return geo.Straight(center + s.r0 * radial + s.z0 * axis, center + s.r1 * radial + s.z1 * axis)
 
 
-def sphere_frame(center: Floats, region: Floats, hints: Floats | None = None) -> Frame:
+def sphere_frame(center: Floats, region: Floats, hints: Floats | None = None) -> geo.Frame:
     """Frame of a ball whose poles and seam lie as far as they can from a face.
 
     region : (n, 3) unit normals spread over the face, its boundary included.
@@ -159,7 +152,7 @@ def sphere_frame(center: Floats, region: Floats, hints: Floats | None = None) ->
         candidates = np.concatenate([candidates, (hints / np.maximum(size, 1e-300))[size[:, 0] > 1e-9]])
     pole = candidates[np.argmin(np.abs(candidates @ region.T).max(axis=1))]
     middle = region.mean(axis=0)
-    return Frame(center, pole, -(middle - (middle @ pole) * pole))
+    return geo.Frame(center, pole, -(middle - (middle @ pole) * pole))
 
 
 def normals(pose: Pose, betas: Sequence[float], angles: Sequence[float]) -> Floats:

@@ -145,13 +145,8 @@ class _Front(Ramp):
             radial = cos[:, None] * pose.heading + side * sin[:, None] * pose.left
             return np.asarray(pose.tip + rho[:, None] * radial + z[:, None] * UP)
 
-        begin = -x1 if self._merged(k) and side > 0 else x0
-        middle = interpolated(along, 0.0, 1.0, CURVE_FIT_MM)
-        found: list[Curve] = [part(begin, first), middle, part(last, x1)]
-        if self._merged(k) and side < 0:
-            # the long part runs through the tip to the other side
-            found = [part(-x1, first), middle, part(last, x1)]
-        return found
+        begin = -x1 if self._merged(k) else x0  # then the long part runs through the tip to the other side
+        return [part(begin, first), interpolated(along, 0.0, 1.0, CURVE_FIT_MM), part(last, x1)]
 
     # -- faces ---------------------------------------------------------------------------------------------
 

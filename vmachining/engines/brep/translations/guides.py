@@ -13,19 +13,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.occt.shapes import (
-    Circle,
-    Curve,
-    Cylinder,
-    Extrusion,
-    Frame,
-    Plane,
-    Spline,
-    SplineSheet,
-    Straight,
-    Surface,
-    interpolated,
-)
+from vmachining.engines.brep.occt import shapes as geo
 from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, NARROW_WALL_MM
 from vmachining.engines.brep.translations.caps import UP, Pose
 from vmachining.geometry import Arc, Line
@@ -40,11 +28,11 @@ class RampGuide(ABC):
     error: float = 0.0
 
     @abstractmethod
-    def tie(self, point: Floats) -> Curve:
+    def tie(self, point: Floats) -> geo.Curve:
         """Path of a point of the tool, from its place at the start."""
 
     @abstractmethod
-    def sheet(self, curve: Curve) -> tuple[Surface, float | None]:
+    def sheet(self, curve: geo.Curve) -> tuple[geo.Surface, float | None]:
         """Surface drawn by a curve of the tool at the start; the last v, None if the surface inverts itself."""
 
 
@@ -60,21 +48,21 @@ class LineGuide(RampGuide):
         self.gamma = float(np.arctan2(self.travel[2], np.linalg.norm(level)))
         self.length = float(np.linalg.norm(self.travel))
 
-    def tie(self, point: Floats) -> Curve:
-        return Straight(point, point + self.travel)
+    def tie(self, point: Floats) -> geo.Curve:
+        return geo.Straight(point, point + self.travel)
 
-    def sheet(self, curve: Curve) -> tuple[Surface, float | None]:
+    def sheet(self, curve: geo.Curve) -> tuple[geo.Surface, float | None]:
         along = self.travel / self.length
-        if isinstance(curve, Straight):
+        if isinstance(curve, geo.Straight):
             across = np.cross(curve.end - curve.start, along)
-            return Plane(Frame(curve.start, across, along)), None
-        if isinstance(curve, Circle) and abs(curve.frame.z @ along) > 1.0 - 1e-14:
+            return geo.Plane(geo.Frame(curve.start, across, along)), None
+        if isinstance(curve, geo.Circle) and abs(curve.frame.z @ along) > 1.0 - 1e-14:
             middle = curve.at(np.array(0.5 * (curve.t0 + curve.t1))) - curve.frame.origin
-            return Cylinder(Frame(curve.frame.origin, along, -middle), curve.radius), None
-        if isinstance(curve, Spline):  # as a spline surface: OCCT integrates those knot by knot
+            return geo.Cylinder(geo.Frame(curve.frame.origin, along, -middle), curve.radius), None
+        if isinstance(curve, geo.Spline):  # as a spline surface: OCCT integrates those knot by knot
             s, line = curve.spline, make_interp_spline([0.0, self.length], [0.0, self.length], k=1)
-            return SplineSheet(s, line, np.stack([s.c, s.c + self.travel], axis=1)), self.length
-        return Extrusion(curve, along), self.length
+            return geo.SplineSheet(s, line, np.stack([s.c, s.c + self.travel], axis=1)), self.length
+        return geo.Extrusion(curve, along), self.length
 
 
 class HelixGuide(RampGuide):
@@ -96,12 +84,11 @@ class HelixGuide(RampGuide):
         self.gamma = float(np.arctan2(rise, path.radius * abs(angle)))
         self.rise, self.angle = rise, angle
         reach = path.radius + 1.0
-        fit = interpolated(
-            lambda w: np.column_stack([np.cos(angle * w), np.sin(angle * w)]),
-            0.0,
-            1.0,
-            0.1 * CURVE_FIT_MM / reach,
-        )
+
+        def wave(w: Floats) -> Floats:
+            return np.column_stack([np.cos(angle * w), np.sin(angle * w)])
+
+        fit = geo.interpolated(wave, 0.0, 1.0, 0.1 * CURVE_FIT_MM / reach)
         self._basis, self._size = fit.spline, fit.error
         # the rise is linear: its coefficients are the Greville abscissae
         t, k = self._basis.t, self._basis.k
@@ -122,22 +109,22 @@ class HelixGuide(RampGuide):
         out[..., 2] += self.rise * self._linear
         return out
 
-    def tie(self, point: Floats) -> Curve:
-        return Spline(BSpline(self._basis.t, self._poles(point[None, :])[0], self._basis.k), self.error)
+    def tie(self, point: Floats) -> geo.Curve:
+        return geo.Spline(BSpline(self._basis.t, self._poles(point[None, :])[0], self._basis.k), self.error)
 
-    def sheet(self, curve: Curve) -> tuple[Surface, float | None]:
-        if isinstance(curve, Spline):
+    def sheet(self, curve: geo.Curve) -> tuple[geo.Surface, float | None]:
+        if isinstance(curve, geo.Spline):
             spline = curve.spline
-        elif isinstance(curve, Straight):
+        elif isinstance(curve, geo.Straight):
             out = (curve.start - self.center) * [1.0, 1.0, 0.0]
             if np.abs((curve.end - curve.start)[:2]).max() < 1e-12 and np.hypot(*out[:2]) > NARROW_WALL_MM:
                 half = self._turn(out + self.center, np.cos(0.5 * self.angle), np.sin(0.5 * self.angle))
-                frame = Frame(self.center, UP, self.center - half)
-                return Cylinder(frame, float(np.linalg.norm(out))), None
+                frame = geo.Frame(self.center, UP, self.center - half)
+                return geo.Cylinder(frame, float(np.linalg.norm(out))), None
             t = np.array([curve.t0, curve.t1])
             spline = make_interp_spline(t, curve.at(t), k=1)
         else:
-            fit = interpolated(curve.at, curve.t0, curve.t1, 0.2 * CURVE_FIT_MM)  # its edge stays exact
+            fit = geo.interpolated(curve.at, curve.t0, curve.t1, 0.2 * CURVE_FIT_MM)  # its edge stays exact
             spline = fit.spline
             self.error = max(self.error, fit.error)
-        return SplineSheet(spline, self._basis, self._poles(spline.c)), 1.0
+        return geo.SplineSheet(spline, self._basis, self._poles(spline.c)), 1.0

@@ -22,18 +22,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.occt.shapes import (
-    Circle,
-    Curve,
-    Cylinder,
-    Frame,
-    Plane,
-    Straight,
-    Surface,
-    Torus,
-    interpolated,
-    solved,
-)
+from vmachining.engines.brep.occt import shapes as geo
 from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, FLAT_MM, SAME_VERTEX_MM
 from vmachining.engines.brep.occt.topology import Builder, Edge
 from vmachining.engines.brep.translations.caps import UP, Pose, Tool, around, meridian_curve, normals
@@ -53,11 +42,11 @@ class Guide:
 
     start: Pose
     end: Pose
-    rail: Callable[[int, float, float], Curve]
-    sheet: Callable[[int, Segment], tuple[Surface, Floats, Floats]]
+    rail: Callable[[int, float, float], geo.Curve]
+    sheet: Callable[[int, Segment], tuple[geo.Surface, Floats, Floats]]
     radius: float = np.inf
     meet: Callable[[float], float] = lambda r: LEFT
-    pinch: Callable[[Segment], Curve] | None = None
+    pinch: Callable[[Segment], geo.Curve] | None = None
 
     def wide(self, r: float) -> bool:
         """Whether a circle of the tool reaches the axis of the path."""
@@ -72,20 +61,20 @@ def straight_guide(path: Line, height: float | None = None) -> Guide:
     along = (b - a) / np.linalg.norm(b - a)
     start, end = Pose(a, along), Pose(b, along)
 
-    def rail(side: int, r: float, z: float) -> Curve:
+    def rail(side: int, r: float, z: float) -> geo.Curve:
         u = side * LEFT
-        return Straight(start.point(r, z, u), end.point(r, z, u))
+        return geo.Straight(start.point(r, z, u), end.point(r, z, u))
 
-    def sheet(side: int, s: Segment) -> tuple[Surface, Floats, Floats]:
+    def sheet(side: int, s: Segment) -> tuple[geo.Surface, Floats, Floats]:
         radial = start.radial(side * LEFT)
         beta = 0.5 * sum(s.beta)
         normal = start.normal(beta, side * LEFT)
         if s.is_arc:
             # v is the length along the motion, u the angle: its zero opposite to the face
-            frame = Frame(a + s.cr * radial + s.cz * UP, along, -normal)
-            return Cylinder(frame, s.radius), frame.origin + s.radius * normal, normal
+            frame = geo.Frame(a + s.cr * radial + s.cz * UP, along, -normal)
+            return geo.Cylinder(frame, s.radius), frame.origin + s.radius * normal, normal
         point = a + s.r0 * radial + s.z0 * UP
-        return Plane(Frame(point, normal, along)), point, normal
+        return geo.Plane(geo.Frame(point, normal, along)), point, normal
 
     return Guide(start, end, rail, sheet)
 
@@ -103,11 +92,11 @@ def bent_guide(path: Arc) -> Guide:
     seam = -turned(path.angle / 2)
     shift = 2.0 * np.pi - 0.5 * path.angle - np.pi  # angle from the seam at which the arc begins
 
-    def rail(side: int, r: float, z: float) -> Curve:
-        frame = Frame(center + z * UP, UP, seam)
-        return Circle(frame, rc - side * r, shift, shift + path.angle)
+    def rail(side: int, r: float, z: float) -> geo.Curve:
+        frame = geo.Frame(center + z * UP, UP, seam)
+        return geo.Circle(frame, rc - side * r, shift, shift + path.angle)
 
-    def sheet(side: int, s: Segment) -> tuple[Surface, Floats, Floats]:
+    def sheet(side: int, s: Segment) -> tuple[geo.Surface, Floats, Floats]:
         out = turned(path.angle / 2)
         beta = 0.5 * sum(s.beta)
         normal = -side * np.cos(beta) * out + np.sin(beta) * UP
@@ -117,7 +106,7 @@ def bent_guide(path: Arc) -> Guide:
         elif s.is_arc:
             # the inner side of a torus: v turns about the centre circle from the outside in
             middle = 1.25 * np.pi if s.z0 + s.z1 < 2.0 * s.cz else 0.75 * np.pi
-            surface = Torus(Frame(center + s.cz * UP, UP, seam), rc - s.cr, s.radius, (np.pi, middle))
+            surface = geo.Torus(geo.Frame(center + s.cz * UP, UP, seam), rc - s.cr, s.radius, (np.pi, middle))
         else:
             surface = around(center, seam, s._replace(r0=rc - s.r0, r1=rc - s.r1), 0.0)
         r, z = _middle(s)
@@ -135,13 +124,13 @@ def bent_guide(path: Arc) -> Guide:
         d = float(far(np.array(r))) * middle - rc * (cos * middle - sin * across)
         return float(np.arctan2(d @ poses[0].left, d @ poses[0].heading)) % (2.0 * np.pi)
 
-    def pinch(s: Segment) -> Curve:
+    def pinch(s: Segment) -> geo.Curve:
         def place(radius: Floats, z: Floats) -> Floats:
             return np.asarray(center + far(radius)[..., None] * middle + z[..., None] * UP)
 
         if not s.is_arc and abs(s.r0 - s.r1) <= FLAT_MM:
             a, b = place(np.array([s.r0, s.r1]), np.array([s.z0, s.z1]))
-            return Straight(a, b)
+            return geo.Straight(a, b)
         b0, b1 = s.beta if s.is_arc else (0.0, 1.0)
 
         def rz(x: Floats) -> tuple[Floats, Floats]:
@@ -155,7 +144,9 @@ def bent_guide(path: Arc) -> Guide:
             return np.asarray(x + np.abs(far(rz(x)[0]) - begin) / size)
 
         ends = gauge(np.array([b0, b1]))
-        return interpolated(lambda q: place(*rz(solved(q, gauge, b0, b1))), ends[0], ends[1], CURVE_FIT_MM)
+        return geo.interpolated(
+            lambda q: place(*rz(geo.solved(q, gauge, b0, b1))), ends[0], ends[1], CURVE_FIT_MM
+        )
 
     return Guide(poses[0], poses[1], rail, sheet, rc, meet, pinch)
 
@@ -182,7 +173,7 @@ def level(profile: Profile, guide: Guide) -> Builder:
             wide, narrow = (k, k + 1) if s.r0 > s.r1 else (k + 1, k)
             loops = [stadium(wide)] + ([stadium(narrow)] if min(s.r0, s.r1) > 0.0 else [])
             point = guide.start.point(max(s.r0, s.r1), s.z0, np.pi)
-            plane = Plane(Frame(point, UP, guide.start.heading))
+            plane = geo.Plane(geo.Frame(point, UP, guide.start.heading))
             build.face(plane, loops, point, UP if s.r0 > s.r1 else -UP)
             continue
         r, z = _middle(s)
@@ -215,7 +206,7 @@ def level(profile: Profile, guide: Guide) -> Builder:
         r, z = tool.joints[k].tolist()
         if r > 0.0:
             point = guide.start.point(0.0, z, 0.0)
-            build.face(Plane(Frame(point, UP, guide.start.heading)), [stadium(k)], point, outward)
+            build.face(geo.Plane(geo.Frame(point, UP, guide.start.heading)), [stadium(k)], point, outward)
     return build
 
 

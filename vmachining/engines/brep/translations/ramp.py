@@ -23,16 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.occt.shapes import (
-    Circle,
-    Curve,
-    Frame,
-    Plane,
-    Spline,
-    Straight,
-    interpolated,
-    solved,
-)
+from vmachining.engines.brep.occt import shapes as geo
 from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, FLAT_MM
 from vmachining.engines.brep.occt.topology import Builder, Edge, Use
 from vmachining.engines.brep.translations.caps import UP, Rings, Tool, meridian_curve, normals
@@ -142,7 +133,7 @@ class Ramp:
         key = name, k, side
         if key not in self._curves:
             curve = self._drawn(name, k, side)
-            if isinstance(curve, Spline):
+            if isinstance(curve, geo.Spline):
                 self.error = max(self.error, curve.error)
             self._curves[key] = self.build.edge(curve)
         return self._curves[key]
@@ -156,24 +147,24 @@ class Ramp:
         """What bounds a cap on one side of a segment, from bottom to top."""
         return [self._curve(name, k, side)]
 
-    def _drawn(self, name: str, k: int, side: int) -> Curve:
+    def _drawn(self, name: str, k: int, side: int) -> geo.Curve:
         s, pose = self.tool.segments[k], self.poses[name]
         if not s.is_arc:
             u = side * self._range(k)[0]
-            return Straight(pose.point(s.r0, s.z0, u), pose.point(s.r1, s.z1, u))
+            return geo.Straight(pose.point(s.r0, s.z0, u), pose.point(s.r1, s.z1, u))
         t0, t1 = self._taus(k)
         return self._arc(name, k, side, -t1 if self._merged(k) else t0, t1)
 
-    def _arc(self, name: str, k: int, side: int, t0: float, t1: float) -> Curve:
+    def _arc(self, name: str, k: int, side: int, t0: float, t1: float) -> geo.Curve:
         """Grazing curve of an arc from tau = t0 to t1."""
         s, pose, g = self.tool.segments[k], self.poses[name], self.guide.gamma
         if abs(s.cr) <= FLAT_MM:
             ahead = np.sin(g) * pose.heading - np.cos(g) * UP
-            frame = Frame(pose.tip + s.cz * UP, np.cross(ahead, side * pose.left), ahead)
-            return Circle(frame, s.radius, t0, t1)
+            frame = geo.Frame(pose.tip + s.cz * UP, np.cross(ahead, side * pose.left), ahead)
+            return geo.Circle(frame, s.radius, t0, t1)
 
         def point(q: Floats) -> Floats:
-            tau = solved(q, lambda x: x + self._u(x), t0, t1)
+            tau = geo.solved(q, lambda x: x + self._u(x), t0, t1)
             u, beta = side * self._u(tau), np.arcsin(np.clip(-np.cos(g) * np.cos(tau), -1.0, 1.0))
             r = (s.cr + s.radius * np.cos(beta))[:, None]
             z = (s.cz + s.radius * np.sin(beta))[:, None]
@@ -181,7 +172,7 @@ class Ramp:
             return np.asarray(pose.tip + r * radial + z * UP)
 
         ends = [t + float(self._u(np.array(t))) for t in (t0, t1)]
-        return interpolated(point, ends[0], ends[1], CURVE_FIT_MM)
+        return geo.interpolated(point, ends[0], ends[1], CURVE_FIT_MM)
 
     def _tie(self, edge: Edge, *, last: bool) -> Edge:
         vertex = edge.last if last else edge.first
@@ -197,12 +188,12 @@ class Ramp:
             low, high = self._range(k)
             curve = meridian_curve(pose.tip, pose.radial(np.pi if behind else 0.0), s)
             if s.is_arc and low < high:
-                assert isinstance(curve, Circle)
+                assert isinstance(curve, geo.Circle)
                 graze = np.pi / 2 - self.guide.gamma
                 if not (self._leads(name) or behind):
-                    curve = Circle(curve.frame, curve.radius, curve.t0, -graze)
+                    curve = geo.Circle(curve.frame, curve.radius, curve.t0, -graze)
                 if self._leads(name) and behind:
-                    curve = Circle(curve.frame, curve.radius, graze, curve.t1)
+                    curve = geo.Circle(curve.frame, curve.radius, graze, curve.t1)
             self._meridians[key] = self.build.edge(curve)
         return self._meridians[key]
 
@@ -228,7 +219,7 @@ class Ramp:
                 first = self.rings[name]._breaks[k][0]
                 loop = self.rings[name].arcs(k, first, first + 2.0 * np.pi)
                 outward = outward * self._skin[name]
-                self.build.face(Plane(Frame(point, UP, pose.heading)), [loop], point, outward)
+                self.build.face(geo.Plane(geo.Frame(point, UP, pose.heading)), [loop], point, outward)
         return self.build
 
     def _cap(self, name: str, k: int) -> None:
@@ -272,16 +263,7 @@ class Ramp:
         hints = np.array([UP - along, UP + along, pose.left + UP, pose.left - UP])
         surface = pose.surface(s, middle, kept if len(kept) else region, hints)
         probe = loop[0].curve.at(np.array(0.5 * (loop[0].curve.t0 + loop[0].curve.t1)))
-        # the outward normal of the cutter at that point of the loop
-        offset = probe - pose.tip
-        radial = offset * [1.0, 1.0, 0.0]
-        size = float(np.linalg.norm(radial))
-        if s.is_arc:
-            outward = offset - s.cz * UP - s.cr * (radial / size if size > FLAT_MM else 0.0)
-        else:
-            beta = s.beta[0]
-            outward = np.cos(beta) * radial / size + np.sin(beta) * UP
-        self.build.face(surface, [loop], probe, self._skin[name] * outward)
+        self.build.face(surface, [loop], probe, self._skin[name] * pose.outward(s, probe))
 
     def _drawn_faces(self, k: int) -> None:
         """Sheets of the grazing curves of a segment."""
@@ -290,14 +272,14 @@ class Ramp:
             tau = 0.0 if self._merged(k) else self._tau_at(k, first.curve)
             self._sheet(first, second, self._normal(tau, side))
 
-    def _tau_at(self, k: int, curve: Curve) -> float:
+    def _tau_at(self, k: int, curve: geo.Curve) -> float:
         """tau in the middle of a grazing curve of a segment, or of a part of it."""
         s, middle = self.tool.segments[k], 0.5 * (curve.t0 + curve.t1)
         if not s.is_arc:
             return self._tau(s.beta[0])
-        if not isinstance(curve, Spline):
+        if not isinstance(curve, geo.Spline):
             return middle
-        return float(solved(np.array([middle]), lambda x: x + self._u(x), *self._taus(k))[0])
+        return float(geo.solved(np.array([middle]), lambda x: x + self._u(x), *self._taus(k))[0])
 
     def _fan(self, k: int) -> None:
         """Sheets drawn by a sharp edge where its fan of normals grazes."""

@@ -135,10 +135,8 @@ def owners(
             out.append((face, -1))
             continue
         near = index.meets(np.stack([point - ON_SWEEP_MM, point + ON_SWEEP_MM]), len(sweeps))
-        made = (
-            block_of[k] for k in near if abs(float(sweeps[k].signed_distance(point[None])[0])) <= ON_SWEEP_MM
-        )
-        out.append((face, next(made, -1)))
+        made = (k for k in near if abs(float(sweeps[k].signed_distance(point[None])[0])) <= ON_SWEEP_MM)
+        out.append((face, next((block_of[k] for k in made), -1)))
     return out
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from types import TracebackType
 from typing import Any
 
 from vmachining.arrays import Floats
@@ -38,19 +37,16 @@ class BrepWorkpiece:
     _worker: WorkerProcess | None = field(default=None, repr=False)
 
     def __enter__(self) -> BrepWorkpiece:
+        past = list(self.past)
         try:
-            self._worker = WorkerProcess(
-                members, self.stock, list(self.past), self.stock_code, seconds=self.seconds
-            )
+            self._worker = WorkerProcess(members, self.stock, past, self.stock_code, seconds=self.seconds)
         except SweepError as exc:
             raise SweepError(exc.message, remedy="take method dexel") from exc
         except (WorkerLost, OSError) as exc:
             raise EngineError(f"no worker process: {exc}", engine="brep") from exc
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._worker is not None:
             self._worker.close()
             self._worker = None

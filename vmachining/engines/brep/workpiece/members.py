@@ -66,9 +66,8 @@ class Members:
         rows: list[tuple[int, int, float, float, int, int]] = []
         for row, piece, lower, upper, low_by, high_by in zip(*(c.tolist() for c in parts), strict=True):
             for a, b, left, right in self._left(edge, stance, float(phi[row]), piece, lower, upper):
-                rows.append(
-                    (row, piece, a, b, low_by if left is None else left, high_by if right is None else right)
-                )
+                by = low_by if left is None else left, high_by if right is None else right
+                rows.append((row, piece, a, b, *by))
         whole, real = np.int64, np.float64
         kinds = (whole, whole, real, real, whole, whole)
         columns = zip(*rows, strict=True) if rows else ([],) * 6

@@ -85,8 +85,8 @@ def cut_lines(grid: RayGrid, shape: RoundEnd, start: Floats, end: Floats, blocks
     out[:, 5] = -np.inf
     if n <= 0 or m <= 0:
         return out
-    top, bottom, own = np.empty((n, m)), np.empty((n, m)), np.empty((n, m), dtype=np.int32)
-    if not _kernels.gather(lat, grid.lists, i0, j0, top, bottom, own):
+    tops = np.empty((n, m)), np.empty((n, m)), np.empty((n, m), dtype=np.int32)
+    if not _kernels.gather(lat, grid.lists, i0, j0, *tops):
         return None
     begin, travel = start + [0.0, 0.0, shape.tip], np.ascontiguousarray(end - start)
     numbers = blocks.astype(np.int32)
@@ -95,22 +95,7 @@ def cut_lines(grid: RayGrid, shape: RoundEnd, start: Floats, end: Floats, blocks
     parts = [out.copy() for _ in range(threads)]
 
     def work(k: int) -> None:
-        _kernels.lines(
-            lat,
-            i0,
-            j0,
-            cuts[k],
-            cuts[k + 1],
-            top,
-            bottom,
-            own,
-            begin,
-            travel,
-            numbers,
-            shape.r1,
-            shape.rc,
-            parts[k],
-        )
+        _kernels.lines(lat, i0, j0, cuts[k], cuts[k + 1], *tops, begin, travel, numbers, *shape[:2], parts[k])
 
     if threads == 1:
         work(0)
@@ -120,7 +105,7 @@ def cut_lines(grid: RayGrid, shape: RoundEnd, start: Floats, end: Floats, blocks
     for part in parts:
         out[:, [0, 1, 4]] += part[:, [0, 1, 4]]
         out[:, [2, 3, 5]] = np.maximum(out[:, [2, 3, 5]], part[:, [2, 3, 5]])
-    _kernels.scatter(lat, grid.lists, i0, j0, top, bottom, own)
+    _kernels.scatter(lat, grid.lists, i0, j0, *tops)
     return out
 
 

@@ -48,10 +48,8 @@ def plane(lat, lists, step, box, size, n, i, sign) -> None:
 @kernel
 def count(lat, lists, step, box, size, n) -> int:
     """Pairs of nodes that differ."""
-    here, before = (
-        np.zeros((n[1] + 2, n[2] + 2), dtype=np.uint8),
-        np.zeros((n[1] + 2, n[2] + 2), dtype=np.uint8),
-    )
+    shape = (n[1] + 2, n[2] + 2)
+    here, before = np.zeros(shape, dtype=np.uint8), np.zeros(shape, dtype=np.uint8)
     found = 0
     for i in range(n[0] + 1):
         plane(lat, lists, step, box, size, n, i, here)
@@ -105,10 +103,8 @@ def beside(lat, lists, step, p, q, s, reach, rising, at, here, slope) -> int:
 def normal(lat, lists, step, p, q, s, reach, rising, here, one, other, n) -> int:
     """Unit normal (3,) at an end of a ray, from ends of rays beside it; 0 where none exist."""
     ray = number(lat, step, p, q)
-    here[0], here[1] = (
-        (ray // lat.nb + lat.sa[ray % lat.nb]) * lat.ha,
-        (ray % lat.nb + lat.sb[ray // lat.nb]) * lat.hb,
-    )
+    k, m = ray // lat.nb, ray % lat.nb
+    here[0], here[1] = (k + lat.sa[m]) * lat.ha, (m + lat.sb[k]) * lat.hb
     has_a = beside(lat, lists, step, p, q, s, reach, rising, 0, here, one)
     has_b = beside(lat, lists, step, p, q, s, reach, rising, 1, here, other)
     g_a, g_b = 0.0, 0.0
@@ -189,10 +185,8 @@ def contour(lats, lists, step, box, size, n, sums, cells, quads, blocks, used) -
 
     sums : of each vertex, see `settle`. cells (vertices, 3) whose they are.
     """
-    here, before = (
-        np.zeros((n[1] + 2, n[2] + 2), dtype=np.uint8),
-        np.zeros((n[1] + 2, n[2] + 2), dtype=np.uint8),
-    )
+    shape = (n[1] + 2, n[2] + 2)
+    here, before = np.zeros(shape, dtype=np.uint8), np.zeros(shape, dtype=np.uint8)
     ids = np.full((2, n[1] + 1, n[2] + 1), -1)
     at, corner, work = np.zeros(3), np.zeros(4, dtype=np.int64), np.zeros((4, 3))
     found = 0

@@ -21,7 +21,7 @@ who finds an engine excluded by it asks the exact rays, which look closer, befor
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import ceil, pi, sqrt
 from typing import NamedTuple
 
@@ -72,11 +72,13 @@ class UprightJudge:
         rises = np.array([_rises(cutter) for cutter in profiles], dtype=np.bool_)
         tool = np.array([places[id(way.cutter)] for way in ways], dtype=np.int64)
         block = np.array([way.block for way in ways], dtype=np.int64)
-        straight = np.array([type(way.path) is Line for way in ways], dtype=np.bool_)
-        at, rows, boxes = self._lines(ways, np.flatnonzero(straight & rises[tool]), tool, profiles)
+        paths = [way.path for way in ways]
+        paths = [Line(p.start, p.end) if isinstance(p, Arc) and p.angle == 0.0 else p for p in paths]
+        straight = np.array([type(path) is Line for path in paths], dtype=np.bool_)
+        at, rows, boxes = self._lines(paths, np.flatnonzero(straight & rises[tool]), tool, profiles)
         taken, more = at.tolist(), list[tuple[int, tuple[float, ...], tuple[float, ...]]]()
         for k in np.flatnonzero(~straight & rises[tool]).tolist():
-            more += [(k, row, box) for row, box in self._rows(ways[k].cutter, ways[k].path) or ()]
+            more += [(k, row, box) for row, box in self._rows(ways[k].cutter, paths[k])]
         taken += [k for k, _, _ in more]
         order = np.argsort(taken, kind="stable")
         owner = np.array(taken, dtype=np.int64)[order]
@@ -118,19 +120,16 @@ class UprightJudge:
         earlier = np.flatnonzero(near & (before[:, 4] < self._box[1, 2]))
         frame = self._frame(own, low, high)
         n, m = frame.cells(places / 2)
-        corner = np.stack(np.meshgrid(np.arange(n), np.arange(m), indexing="ij"), axis=-1).reshape(-1, 2)
+        corner = _raster(n, m).reshape(-1, 2)
         rng = np.random.default_rng([block, 1])
 
         def lengths(cells: Ints, parts: int, sets: int) -> Floats:
             """(sets, cells * parts^2) mm over random places, one in each part."""
-            step = np.stack(np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij"), axis=-1).reshape(
-                -1, 2
-            )
+            step = _raster(parts, parts).reshape(-1, 2)
             inside = (step + rng.random((len(cells), sets, len(step), 2))) / parts
             where = frame.at((corner[cells][:, None, None] + inside) / [n, m]).reshape(-1, 2)
-            return (
-                self._taken(own, earlier, where).reshape(-1, sets, len(step)).swapaxes(0, 1).reshape(sets, -1)
-            )
+            found = self._taken(own, earlier, where).reshape(-1, sets, len(step))
+            return found.swapaxes(0, 1).reshape(sets, -1)
 
         hit = lengths(np.arange(n * m), 1, PILOT).max(axis=0).reshape(n, m) > 0.0
         near = np.pad(hit, 1)
@@ -166,7 +165,7 @@ class UprightJudge:
         places = min(MOST_PLACES, max(400, int(MOST_LOOKS / SETS / max(deep, 1.0))))
         n, m = _Frame(low, size * [1.0, 0.0], size * [0.0, 1.0]).cells(places)
         side, sums = size / [n, m], np.empty((SETS, n * m))
-        grid = np.stack(np.meshgrid(np.arange(n), np.arange(m), indexing="ij"), axis=-1)
+        grid = _raster(n, m)
         rng = np.random.default_rng(2)
         for out in sums:
             where, height = low + (grid + rng.random((n, m, 2))) * side, np.full((n, m), np.inf)
@@ -201,52 +200,37 @@ class UprightJudge:
         return along if along.area < box.area else box
 
     def _lines(
-        self, ways: Sequence[Way], at: Ints, tool: Ints, profiles: Sequence[Profile]
+        self, paths: Sequence[Line | Arc | Turn], at: Ints, tool: Ints, profiles: Sequence[Profile]
     ) -> tuple[Ints, Floats, Floats]:
         """Those of straight ways number `at` that are taken: their numbers, rows of `ways` (k, 9) and of `boxes` (k, 5)."""
         if not len(at):
             return at, np.zeros((0, 9)), np.zeros((0, 5))
-        some = [ways[k].path for k in at.tolist()]
+        some = [paths[k] for k in at.tolist()]
         start, end = (np.array([getattr(path, name) for path in some]) for name in ("start", "end"))
         wide, low, top = np.array([(p.max_radius, p.z_min, p.z_max) for p in profiles])[tool[at]].T
-        low_tip, high_tip = np.minimum(start, end), np.maximum(start, end)
+        low_tip, high_tip, r = np.minimum(start, end), np.maximum(start, end), wide[:, None]
         kept = ~(low_tip[:, 2] + top < self._box[1, 2])
         rows = np.zeros((len(at), 9))
         rows[:, 0], rows[:, 1:4], rows[:, 4:7] = _kernels.LINE, start, end - start
-        boxes = np.column_stack(
-            [low_tip[:, :2] - wide[:, None], high_tip[:, :2] + wide[:, None], low_tip[:, 2] + low]
-        )
+        boxes = np.column_stack([low_tip[:, :2] - r, high_tip[:, :2] + r, low_tip[:, 2] + low])
         return at[kept], rows[kept], boxes[kept]
 
     def _rows(
         self, cutter: Profile, path: Line | Arc | Turn
-    ) -> list[tuple[tuple[float, ...], tuple[float, ...]]] | None:
-        """Rows of `ways` and `boxes`; None where it is not taken."""
-        if isinstance(path, Turn):
-            return None
-        if path.bounds[0, 2] + cutter.z_max < self._box[1, 2]:
-            return None
-        if isinstance(path, Arc) and path.angle == 0.0:
-            path = Line(path.start, path.end)
-        if isinstance(path, Line):
-            start, end = path.start.tolist(), path.end.tolist()
-            row = (_kernels.LINE, *start, *(b - a for a, b in zip(start, end, strict=True)), 0.0, 0.0)
-            return [(row, _box(path, cutter))]
-        if path.axis != 2:
-            return None
-        parts = [path]
+    ) -> Iterator[tuple[tuple[float, ...], tuple[float, ...]]]:
+        """Rows of `ways` and `boxes` of an arc; none where it is not taken."""
+        if not isinstance(path, Arc) or path.bounds[0, 2] + cutter.z_max < self._box[1, 2] or path.axis != 2:
+            return
+        parts, r = [path], cutter.max_radius
         if path.rise != 0.0:
             count = max(1, ceil(abs(path.angle) / QUARTER))
             parts = path.split([k / count for k in range(1, count)])
-        rows = list[tuple[tuple[float, ...], tuple[float, ...]]]()
         for part in parts:
             turn = min(max(part.angle, -2.0 * pi), 2.0 * pi)
-            row = (
-                _kernels.ARC, float(part.center[0]), float(part.center[1]), part.radius, float(part.start_angle), turn,
-                float(part.start[2]), part.rise, 0.0,
-            )  # fmt: skip
-            rows.append((row, _box(part, cutter)))
-        return rows
+            (x, y), angle, z = part.center[:2].tolist(), float(part.start_angle), float(part.start[2])
+            (x0, y0, z0), (x1, y1, _) = part.bounds.tolist()
+            row = (_kernels.ARC, x, y, part.radius, angle, turn, z, part.rise, 0.0)
+            yield row, (x0 - r, y0 - r, x1 + r, y1 + r, z0 + cutter.z_min)
 
 
 class _Frame(NamedTuple):
@@ -282,10 +266,9 @@ def _interval(*parts: tuple[Floats, float]) -> Removal:
     return Removal(max(0.0, volume - half), volume, volume + half, proven=False)
 
 
-def _box(path: Line | Arc, cutter: Profile) -> tuple[float, ...]:
-    (x0, y0, z0), (x1, y1, _) = path.bounds.tolist()
-    r = cutter.max_radius
-    return (x0 - r, y0 - r, x1 + r, y1 + r, z0 + cutter.z_min)
+def _raster(n: int, m: int) -> Ints:
+    """(n, m, 2) places of cells."""
+    return np.stack(np.meshgrid(np.arange(n), np.arange(m), indexing="ij"), axis=-1)
 
 
 def _rises(cutter: Profile) -> bool:
@@ -303,17 +286,17 @@ def _shapes(cutters: Sequence[Profile]) -> tuple[Floats, Floats]:
     for k, cutter in enumerate(cutters):
         first = len(segments)
         segments += [
-            (s.r0, s.z0, s.r1, s.z1, s.cr if s.is_arc else 0.0, s.cz if s.is_arc else 0.0, s.radius)
+            (*s[:4], *((s.cr, s.cz) if s.is_arc else (0.0, 0.0)), s.radius)
             for s in cutter.segments
             if s.r1 > s.r0
         ]
         rounds = segments[first:]
         wide, bottom = cutter.max_radius, cutter.z_min
-        is_ball = (
-            len(rounds) == 1
-            and abs(rounds[0][6] - wide) <= 1e-12 * wide
-            and abs(rounds[0][4]) <= 1e-12 * wide
+        off = (
+            [abs(v) for v in (rounds[0][6] - wide, rounds[0][4], rounds[0][5] - bottom - wide)]
+            if len(rounds) == 1
+            else []
         )
-        is_ball = is_ball and abs(rounds[0][5] - bottom - wide) <= 1e-12 * wide
+        is_ball = bool(off) and max(off) <= 1e-12 * wide
         tools[k] = first, len(rounds), cutter.points[0, 0], bottom, -wide if is_ball else wide
     return tools, np.array(segments, dtype=np.float64).reshape(-1, 7)

@@ -39,7 +39,7 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.mesh.facets import Side, grown, hull, meridian, narrowed, rings
 from vmachining.engines.mesh.turning import _kernels
-from vmachining.engines.mesh.turning.pieces import BEND, SAG, TWIST, reaching
+from vmachining.engines.mesh.turning.pieces import BEND, SAG, TWIST, apart, reaching
 from vmachining.sweep import Sweep, Turn
 from vmachining.sweep.bounds import reach, support
 from vmachining.tool import Profile, convex_cover
@@ -92,17 +92,12 @@ def turning_hulls(
         bow = turn.tip_series.bound(2) + height * bend + radius * (bend + rate * rate)
         still = rate * far if rate * far < STILL_MM else 0.0
         motion = _Motion(turn, 0.0 if still else rate, bow, turn.tip_series.bound(1) + rate * far, still)
-        found = (
-            _inner(piece, motion, chord, box) if side is Side.INNER else _outer(piece, motion, chord, chained)
-        )
+        inner = side is Side.INNER
+        found = _inner(piece, motion, chord, box) if inner else _outer(piece, motion, chord, chained)
         if found is None:
             return None
-        out += [mesh for mesh in found if not _apart(mesh[0], box)]
+        out += [mesh for mesh in found if not apart(mesh[0], box)]
     return out
-
-
-def _apart(points: Floats, box: Floats) -> bool:
-    return bool((points.min(axis=0) >= box[1]).any() or (points.max(axis=0) <= box[0]).any())
 
 
 def _longest(part: Profile) -> float:
@@ -149,19 +144,12 @@ def _outer(part: Profile, motion: _Motion, chord: float, chained: bool) -> list[
 
 def _inner(part: Profile, motion: _Motion, chord: float, box: Floats) -> list[tuple[Floats, Ints]] | None:
     count, sag, most = _count(part, motion, chord), SAG * chord, (BEND + TWIST) * chord
-    line, apart = (
-        meridian(part, sag, Side.INNER),
-        _longest(part) + 3.0 * float(np.sqrt(2.0 * sag * part.max_radius)),
-    )
-    least = 0.0
+    line, spread = meridian(part, sag, Side.INNER), 3.0 * float(np.sqrt(2.0 * sag * part.max_radius))
+    least, apart_ = 0.0, _longest(part) + spread
     while count <= MOST:
         if least == 0.0:  # what is likely to do
-            least = (
-                motion.bow / (8.0 * count**2)
-                + 0.25 * motion.rate / count * apart
-                + motion.still
-                + 3.0 * ROUNDED_MM
-            )
+            turned = 0.25 * motion.rate / count * apart_
+            least = motion.bow / (8.0 * count**2) + turned + motion.still + 3.0 * ROUNDED_MM
         least = min(least, most)
         shrunk = narrowed(line, least, least)
         if shrunk is None:  # thinner than that: nothing is inside
@@ -231,10 +219,8 @@ def _receding(part: Profile, motion: _Motion, count: int, beyond: float, corners
     within, all_of_it = _ball(part, middle)
     if within <= 0.0:
         return np.zeros(len(corners), dtype=bool)
-    drift = (
-        turn.axis_series.bound(1) * (motion.speed * step + beyond / within * all_of_it)
-        + 0.5 * motion.bow * step
-    )
+    away = motion.speed * step + beyond / within * all_of_it
+    drift = turn.axis_series.bound(1) * away + 0.5 * motion.bow * step
     out: Bools = (wide < np.pi) & (along.max(axis=1) + drift < -ROUNDED_MM)
     return out
 
@@ -273,9 +259,8 @@ def _without(points: Floats, triangles: Ints, rear: Bools, apex: Floats) -> tupl
     edges = np.concatenate([kept[:, [0, 1]], kept[:, [1, 2]], kept[:, [2, 0]]])
     there = {(int(a), int(b)) for a, b in edges}
     border = [(b, a, len(points)) for a, b in there if (b, a) not in there]
-    return np.vstack([points, apex]), np.concatenate(
-        [kept, np.array(sorted(border), dtype=np.int64).reshape(-1, 3)]
-    )
+    rim = np.array(sorted(border), dtype=np.int64).reshape(-1, 3)
+    return np.vstack([points, apex]), np.concatenate([kept, rim])
 
 
 def _moves(y: Floats, late: Bools, triangles: Ints, motion: _Motion, count: int) -> Floats:

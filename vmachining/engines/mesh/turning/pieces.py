@@ -95,7 +95,7 @@ def reaching(part: Profile, turn: Turn, box: Floats, chord: float) -> Profile | 
     return part.clip(max(lo, part.z_min), min(hi, part.z_max))
 
 
-def _apart(points: Floats, box: Floats | None) -> bool:
+def apart(points: Floats, box: Floats | None) -> bool:
     """Whether a mesh cannot reach the box."""
     if box is None:
         return False
@@ -116,7 +116,6 @@ def _part(
     speed = np.linalg.norm(pose[:, 12:15], axis=1) + height * np.linalg.norm(pose[:, 15:], axis=1)
     still = STILL * float(speed.max())
     mark = crc32(turn.start.tobytes() + turn.end.tobytes() + pose[0].tobytes()) / 2.0**32
-    known: Rows | None = None
 
     def body(number: int) -> Rows | None:
         """Rows of the body for part `number`, a little smaller (inner) or larger (outer) than requested."""
@@ -136,21 +135,21 @@ def _part(
     if _winding(turn, pose) <= LARGEST_TURN:
         points, triangles, area, wrong = advancing(known, 0, plan.steps, not chained)
         if wrong <= WRONG * area:
-            if len(triangles) and not _apart(points, box):
+            if len(triangles) and not apart(points, box):
                 yield points, triangles
             return
     parts = max(1, int(np.ceil(float(speed.max()) / (part.max_radius / 2.0))))
     ends = np.unique(np.round(np.linspace(0, plan.steps, parts + 1)).astype(int)).tolist()
     if not chained:
         points, triangles = _kernels.at_rest(pose, 0, known.resting, known.group, cos, sin)  # type: ignore[no-untyped-call]
-        if not _apart(points, box):
+        if not apart(points, box):
             yield points, triangles
     for number, (first, last) in enumerate(pairwise(ends), start=1):
         rows = body(number)
         if rows is None:
             continue
         points, triangles, _area, _wrong = advancing(rows, first, last, False)
-        if len(triangles) and not _apart(points, box):
+        if len(triangles) and not apart(points, box):
             yield points, triangles
 
 
@@ -172,11 +171,8 @@ def _plan(part: Profile, turn: Turn, chord: float) -> _Plan:
     need = rate * length / (4.0 * TWIST * chord)
     arcs = 8 + 16 * int((part.radii > 0.0).sum())
     spacing = max(length / max(1.0, np.ceil(np.sqrt(2.0 * arcs * need / columns))), across)
-    rounds = [
-        s.radius * (s.beta[1] - s.beta[0]) / arc_steps(s.radius, s.beta[1] - s.beta[0], sag)
-        for s in part.segments
-        if s.is_arc
-    ]
+    arcs_ = [(s.radius, s.beta[1] - s.beta[0]) for s in part.segments if s.is_arc]
+    rounds = [radius * angle / arc_steps(radius, angle, sag) for radius, angle in arcs_]
     cell = float(np.hypot(max(spacing, *rounds, 0.0), across))
     steps = max(steps, int(np.ceil(rate * cell / (4.0 * TWIST * chord))))
     return _Plan(steps, columns, float(spacing), sag)

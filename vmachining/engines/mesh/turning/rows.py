@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.mesh.facets import Side, arc_steps, grown, meridian, narrowed
+from vmachining.engines.mesh.facets import Side, arc_steps, fair_radius, grown, meridian, narrowed
+from vmachining.sweep.grazing import whole_meridian
 from vmachining.tool import Profile
 
 LINE, ROUND, RIM = 0, 1, 2
@@ -85,25 +86,14 @@ def rows_of(
 
 def _pieces(profile: Profile) -> list[_Piece]:
     """The meridian from the axis at the bottom to the axis at the top."""
-    nowhere = np.full(2, np.nan)
-    out = []
-
-    def line(a: Floats, b: Floats, normal: Floats) -> None:
-        out.append(_Piece(np.array(a), np.array(b), normal, nowhere, 0.0, (0.0, 0.0)))
-
-    r, z = profile.points[0]
-    if r > 0.0:
-        line(np.array([0.0, z]), np.array([r, z]), np.array([0.0, -1.0]))
-    for s in profile.segments:
+    nowhere, out = np.full(2, np.nan), list[_Piece]()
+    for s in whole_meridian(profile):
         a, b = np.array([s.r0, s.z0]), np.array([s.r1, s.z1])
         if s.is_arc:
             out.append(_Piece(a, b, nowhere, np.array([s.cr, s.cz]), s.radius, s.beta))
         else:
             n = np.array([b[1] - a[1], a[0] - b[0]])
-            line(a, b, n / np.linalg.norm(n))
-    r, z = profile.points[-1]
-    if r > 0.0:
-        line(np.array([r, z]), np.array([0.0, z]), np.array([0.0, 1.0]))
+            out.append(_Piece(a, b, n / np.linalg.norm(n), nowhere, 0.0, (0.0, 0.0)))
     return out
 
 
@@ -112,8 +102,7 @@ def _moved(pieces: list[_Piece], offset: float) -> list[_Piece] | None:
     if offset == 0.0:
         return pieces
     joints = [_on_axis(pieces[0], offset, last=False)]
-    for below, above in pairwise(pieces):
-        joints.append(_joint(below, above, offset))
+    joints += [_joint(below, above, offset) for below, above in pairwise(pieces)]
     joints.append(_on_axis(pieces[-1], offset, last=True))
     out = []
     for piece, start, end in zip(pieces, joints[:-1], joints[1:], strict=True):
@@ -199,22 +188,13 @@ def _rows(pieces: list[_Piece], sag: float, spacing: float, columns: int, side: 
         begin, end = piece.beta
         steps = arc_steps(piece.radius, end - begin, sag)
         angles = np.linspace(begin, end, steps + 1)
-        k_fair = _fair(steps, (end - begin) / steps) if side is Side.FAIR else 1.0
+        k_fair = fair_radius(steps, (end - begin) / steps) if side is Side.FAIR else 1.0
         for k in range(1, steps + 1):
             normal = _unit(float(angles[k]))
             at = piece.end if k == steps else piece.center + piece.radius * normal
             facet = at if k == steps else piece.center + k_fair * piece.radius * normal
             between.append((ROUND, *piece.center, piece.radius, float(angles[k - 1]), float(angles[k])))
             row(at, normal, facet, group[-1] + 1)
-    table = np.array(circles)
-    table[[0, -1], 1] = 0.0
-    faces = np.array(resting)
-    faces[[0, -1], 1] = 0.0
+    table, faces = np.array(circles), np.array(resting)
+    table[[0, -1], 1] = faces[[0, -1], 1] = 0.0
     return Rows(table, faces, np.array(group, dtype=np.int64), np.array(between), columns)
-
-
-def _fair(steps: int, width: float) -> float:
-    """Radius of the inner corners of a facetted arc with the area of the true one; see `facets`."""
-    s = float(np.sin(width))
-    b = (steps - 2) * s
-    return float((np.sqrt(s * s + b * steps * width) - s) / b) if b > 0.0 else width / s

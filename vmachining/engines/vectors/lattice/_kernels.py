@@ -210,16 +210,21 @@ def box_apart(boxes, k, x0, x1, y0, y1, z0, z1):
     )  # fmt: skip
 
 
+@leaf
+def extent(lattice, g, c, down, up):
+    """Coordinate c of a box about the vectors of a group from `down` to `up`."""
+    n, half = lattice.normal[lattice.patch[g], c], np.float64(lattice.half[g])
+    p, q = lattice.middle[g, c] + down * n, lattice.middle[g, c] + up * n
+    return min(p, q) - half, max(p, q) + half
+
+
 @kernel
 def ends(lattice: Lattice, low, high) -> None:
     """Boxes (g, 3) about the pieces of the vectors of every group."""
     for g in range(len(lattice.patch)):
-        m, half = lattice.patch[g], np.float64(lattice.half[g])
         down, up = deepest(lattice, g), np.float64(lattice.reach[g])
         for c in range(3):
-            n = lattice.normal[m, c]
-            p, q = lattice.middle[g, c] + down * n, lattice.middle[g, c] + up * n
-            low[g, c], high[g, c] = min(p, q) - half, max(p, q) + half
+            low[g, c], high[g, c] = extent(lattice, g, c, down, up)
 
 
 @kernel
@@ -240,13 +245,11 @@ def near_groups(lattice: Lattice, box, out) -> int:
             continue
         begin = (node - leaves + 1) * LEAF
         for g in range(begin, min(begin + LEAF, len(lattice.patch))):
-            m, half = lattice.patch[g], np.float64(lattice.half[g])
-            low, high = deepest(lattice, g), np.float64(lattice.reach[g])
+            down, up = deepest(lattice, g), np.float64(lattice.reach[g])
             apart = False
             for c in range(3):
-                n = lattice.normal[m, c]
-                p, q = lattice.middle[g, c] + low * n, lattice.middle[g, c] + high * n
-                apart = apart or min(p, q) - half > box[1, c] or max(p, q) + half < box[0, c]
+                low, high = extent(lattice, g, c, down, up)
+                apart = apart or low > box[1, c] or high < box[0, c]
             if not apart:
                 out[found] = g
                 found += 1

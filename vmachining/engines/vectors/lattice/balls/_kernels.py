@@ -12,6 +12,7 @@ from vmachining.engines.vectors.lattice._kernels import (
     box_apart,
     coordinate,
     deepest,
+    extent,
     longest,
     low_of,
     patch_size,
@@ -115,23 +116,10 @@ def block_late(lattice, g, high, balls, k):
 @kernel
 def candidates(lattice: Lattice, g, balls, box, of_run, bound, number) -> int:
     """Blocks that may shorten a vector of group g, in their order, and when at the earliest; how many."""
-    m, half = lattice.patch[g], np.float64(lattice.half[g])
     deep, reach = deepest(lattice, g), np.float64(lattice.reach[g])
-    low0, high0 = (
-        lattice.middle[g, 0] + deep * lattice.normal[m, 0],
-        lattice.middle[g, 0] + reach * lattice.normal[m, 0],
-    )
-    low1, high1 = (
-        lattice.middle[g, 1] + deep * lattice.normal[m, 1],
-        lattice.middle[g, 1] + reach * lattice.normal[m, 1],
-    )
-    low2, high2 = (
-        lattice.middle[g, 2] + deep * lattice.normal[m, 2],
-        lattice.middle[g, 2] + reach * lattice.normal[m, 2],
-    )
-    low0, high0 = min(low0, high0) - half, max(low0, high0) + half
-    low1, high1 = min(low1, high1) - half, max(low1, high1) + half
-    low2, high2 = min(low2, high2) - half, max(low2, high2) + half
+    low0, high0 = extent(lattice, g, 0, deep, reach)
+    low1, high1 = extent(lattice, g, 1, deep, reach)
+    low2, high2 = extent(lattice, g, 2, deep, reach)
     found = 0
     for run in range(len(of_run)):
         if box_apart(of_run, run, low0, high0, low1, high1, low2, high2):
