@@ -186,7 +186,6 @@ class Block:
         self.centre = ""
 
     def wrong(self, code: str, word: Word | None, message: str, hint: str = "") -> None:
-        """Add a problem."""
         self.problems.append(Problem(code, word, message, hint))
 
     def value(self, letter: str) -> float | None:

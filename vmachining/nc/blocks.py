@@ -34,7 +34,6 @@ class Reader(OneBlock):
     # ---- the program ----
 
     def run(self) -> None:
-        """Everything from the first line to the last."""
         collecting = gc.isenabled()
         gc.disable()  # a million tuples without cycles, which the collector would walk through again and again
         try:

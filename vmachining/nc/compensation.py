@@ -26,7 +26,7 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple
 
-from vmachining.nc.frames import Plane
+from vmachining.nc.frames import Plane, swept
 from vmachining.nc.model import CompensationError, Motion, Move, Point, add, put, subtract
 from vmachining.nc.offset_curves import ARCS, Curve, Pair, cuts_into, meet, offset_arc, offset_line, trimmed
 
@@ -321,8 +321,7 @@ def _entry_arc(curve: Curve, start: Pair) -> Curve:
         raise CompensationError("E352", "compensation starts on an arc that no entry arc can replace")
     s = square / facing
     center = e[0] + s * u[0], e[1] + s * u[1]
-    begin, finish = (math.atan2(p[1] - center[1], p[0] - center[0]) for p in (start, e))
-    sweep = (finish - begin if curve.ccw else begin - finish) % math.tau
+    sweep = swept(start, e, center, curve.ccw)
     radius = math.dist(start, center)
     out = (start[0] - center[0]) / radius, (start[1] - center[1]) / radius
     first = (-out[1], out[0]) if curve.ccw else (out[1], -out[0])

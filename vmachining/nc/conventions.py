@@ -106,7 +106,6 @@ _BARE: Final = re.compile(r"[XYZIJRxyzijr][ \t]*[-+]?[0-9]+(?![0-9.])")
 
 
 def arcs_open(findings: Sequence[Finding], codes: Collection[str] = ARC_CODES) -> int:
-    """How many arcs do not fit."""
     return sum(times(item) for item in findings if item.code in codes)
 
 

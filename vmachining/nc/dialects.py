@@ -62,7 +62,6 @@ def share(lines: Sequence[str], mark: re.Pattern[str]) -> float:
 
 
 def _words(text: str, settings: Settings) -> Reading:
-    """The reader of G-code."""
     return _of_lines(split_lines(text), settings)
 
 

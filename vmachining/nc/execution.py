@@ -298,7 +298,6 @@ class Execution:
         self.paths: list[Path] = []
 
     def run(self) -> None:
-        """Everything, until the end."""
         pen = self.pen
         while not self.ended and not self.broken:
             part = bool(self.stack) and self.stack[-1].stop == self.at

@@ -84,7 +84,6 @@ class Translator(Registers):
     # ---- one block ----
 
     def translate(self, block: Words, state: State) -> Line:
-        """The block for the core."""
         if state.motion in MOVES:
             self.group1 = state.motion or 0
             self.cycle.clear()

@@ -79,7 +79,6 @@ class _Way:
         self.start = x if u is None else u + back[0], y if v is None else v + back[1]
 
     def to(self, x: float, y: float) -> Words:
-        """The words that lead to a place."""
         u, v = (x, y) if self.absolute else (x - self.at[0], y - self.at[1])
         self.at = x, y
         return [(self.word._replace(letter="X"), u), (self.word._replace(letter="Y"), v)]

@@ -77,23 +77,18 @@ class Line:
         return {round(v * 10.0) for w, v in self.pairs if w.letter == kind}
 
     def letters(self) -> set[str]:
-        """Letters of the words."""
         return {word.letter for word, _ in self.pairs}
 
     def value(self, letter: str) -> float | None:
-        """Of the first word with this letter."""
         return next((v for w, v in self.pairs if w.letter == letter), None)
 
     def word(self, letters: str) -> Word:
-        """The first word with one of these letters."""
         return next(w for w, _ in self.pairs if w.letter in letters)
 
     def only(self, letters: str) -> Words:
-        """The words with these letters."""
         return [(w, v) for w, v in self.pairs if w.letter in letters]
 
     def keep(self, word: Word, value: float) -> None:
-        """Add a word with this value."""
         self.pairs.append((word, value))
 
     def add(self, letter: str, value: float, like: Word) -> None:

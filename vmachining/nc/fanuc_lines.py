@@ -75,19 +75,17 @@ def prepare(line: str) -> str:
     if _PRINT.match(line):
         return ""
     if "[" in line:
-        line = _PAIRED.sub(_in_core, _SHORT.sub(lambda hit: SHORT[hit[1].upper()] + "[", line))
+        line = _SHORT.sub(lambda hit: SHORT[hit[1].upper()] + "[", line)
+        line = _POWER.sub(r"[[\1]**[\2]]", _ANGLE.sub(r"ATAN[\1]/[\2]", line))
     return bracketed(line) if "=" in line else line
 
 
 SHORT: Final = {"SQR": "SQRT", "RND": "ROUND"}
 _SHORT: Final = re.compile(r"(?<![A-Z])(SQR|RND)\[", re.IGNORECASE)
 _INSIDE: Final = r"((?:[^\[\],]|\[[^\[\]]*\])+)"
-_PAIRED: Final = re.compile(rf"(?<![A-Z])(ATAN|POW)\[{_INSIDE},{_INSIDE}\]", re.IGNORECASE)
-
-
-def _in_core(hit: re.Match[str]) -> str:
-    """Functions of two values as the core writes them."""
-    return f"ATAN[{hit[2]}]/[{hit[3]}]" if hit[1].upper() == "ATAN" else f"[[{hit[2]}]**[{hit[3]}]]"
+_ANGLE: Final = re.compile(rf"(?<![A-Z])ATAN\[{_INSIDE},{_INSIDE}\]", re.IGNORECASE)
+_POWER: Final = re.compile(rf"(?<![A-Z])POW\[{_INSIDE},{_INSIDE}\]", re.IGNORECASE)
+"""Functions of two values: the core writes ATAN[y]/[x] and [[x]**[y]]."""
 
 
 def bracketed(line: str) -> str:
@@ -148,13 +146,10 @@ def tool_changer(lines: list[str]) -> int:
 
 
 _NUMBERS: Final = re.compile(r"[-+]?[0-9.]+")
-_OTHER_MACHINES: Final = (
-    (frozenset("UW"), "U and W are steps of X and Z: this is a program for turning, which is not read"),
-    (
-        frozenset("UV"),
-        "U and V guide the upper end of a wire: this is a program for wire erosion, which is not read",
-    ),
-)
+_OTHER_MACHINES: Final = {
+    "UW": "U and W are steps of X and Z: this is a program for turning, which is not read",
+    "UV": "U and V guide the upper end of a wire: this is a program for wire erosion, which is not read",
+}
 
 
 def folded(findings: list[Finding]) -> list[Finding]:
@@ -164,7 +159,7 @@ def folded(findings: list[Finding]) -> list[Finding]:
     what = "" if turning is None else f"{turning.message}: this is a program for turning, which is not read"
     if turning is None and others:
         missing = {item.message[-1] for item in others if "has no axis" in item.message}
-        what = next((text for axes, text in _OTHER_MACHINES if axes <= missing), "")
+        what = next((text for axes, text in _OTHER_MACHINES.items() if missing.issuperset(axes)), "")
         turning = others[0] if what else None
     if turning is not None:
         return [turning._replace(message=what), *(item for item in findings if item.severity != "E")]
@@ -269,21 +264,18 @@ def swapped(moves: Sequence[Move]) -> bool:
     return 2 * long > arcs
 
 
-def _assigned(hit: re.Match[str]) -> str:
-    """Nothing; of a shift of the zero the code of Fanuc."""
-    return ("G10 P0" if hit[0].upper().startswith(("VZOF", "VZSH")) else "").ljust(len(hit[0]))
-
-
 def plain_lathe(lines: list[str]) -> list[str]:
-    """Lines of Okuma lathes: offsets and drawings that change no path become empty, `G85 N10` becomes `G85 P10`."""
-    out = []
-    for line in lines:
-        if _DRAWING.match(line):
-            line = ""
-        elif "=" in line or "TLID" in line:
-            line = _VARIABLES.sub(_assigned, line)
-        out.append(_LAP.sub(r"\1 P\2", line))
-    return out
+    """Lines of Okuma lathes: offsets and drawings that change no path become empty, `G85 N10` becomes `G85 P10`.
+
+    Of a shift of the zero stays the code of Fanuc.
+    """
+
+    def plain(hit: re.Match[str]) -> str:
+        return ("G10 P0" if hit[0].upper().startswith(("VZOF", "VZSH")) else "").ljust(len(hit[0]))
+
+    return [
+        _LAP.sub(r"\1 P\2", "" if _DRAWING.match(line) else _VARIABLES.sub(plain, line)) for line in lines
+    ]
 
 
 def numbered(line: str) -> int:

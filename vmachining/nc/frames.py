@@ -89,14 +89,18 @@ def is_rounded(difference: float) -> bool:
     return difference > ARC_RADIUS_MM
 
 
+def swept(start: Pair, end: Pair, center: Pair, ccw: bool) -> float:
+    """rad in [0, tau) from one point to another about the centre."""
+    angle = math.atan2(end[1] - center[1], end[0] - center[0])
+    angle -= math.atan2(start[1] - center[1], start[0] - center[0])
+    return (angle if ccw else -angle) % math.tau
+
+
 def arc_length(start: Pair, end: Pair, center: Pair, ccw: bool, turns: int, rise: float) -> float:
     """Length of the circle or helix, mm."""
     radius = math.hypot(start[0] - center[0], start[1] - center[1])
-    angle = math.tau
-    if math.hypot(end[0] - start[0], end[1] - start[1]) >= LENGTH_EPS_MM:
-        begin = math.atan2(start[1] - center[1], start[0] - center[0])
-        finish = math.atan2(end[1] - center[1], end[0] - center[0])
-        angle = (finish - begin if ccw else begin - finish) % math.tau
+    whole = math.hypot(end[0] - start[0], end[1] - start[1]) < LENGTH_EPS_MM
+    angle = math.tau if whole else swept(start, end, center, ccw)
     return math.hypot(radius * (angle + math.tau * (turns - 1)), rise)
 
 
@@ -109,12 +113,10 @@ SNAP: Final = 4e-16
 
 
 def dot(a: Point, b: Point) -> float:
-    """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Point, b: Point) -> Point:
-    """a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
@@ -125,7 +127,6 @@ def unit(a: Point) -> Point | None:
 
 
 def matmul(a: Rows, b: Rows) -> Rows:
-    """A B."""
     columns = tuple(zip(*b, strict=True))
     x, y, z = ((dot(r, columns[0]), dot(r, columns[1]), dot(r, columns[2])) for r in a)
     return x, y, z

@@ -319,7 +319,6 @@ class _Mill:
         return True
 
     def whole(self) -> None:
-        """The cycle."""
         pen, cut = self.pen, self.cut
         if not self.knows_radius("shape is that of the control, the passes that clear"):
             return

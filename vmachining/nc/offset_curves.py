@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple, TypeAlias
 
-from vmachining.nc.frames import Plane
+from vmachining.nc.frames import Plane, swept
 from vmachining.nc.model import CompensationError, CornerError, Motion, Move, add, put, subtract
 
 Pair: TypeAlias = tuple[float, float]
@@ -72,19 +72,13 @@ def offset_arc(start: Pair, end: Pair, center: Pair, ccw: bool, turns: int, shif
         out = (point[0] - center[0]) / reach, (point[1] - center[1]) / reach
         ends.append((point[0] - toward * out[0], point[1] - toward * out[1]))
         tangents.append((-out[1], out[0]) if ccw else (out[1], -out[0]))
-    sweep = math.tau if math.dist(start, end) < FORWARD_MM else _turn(start, end, center, ccw)
+    sweep = math.tau if math.dist(start, end) < FORWARD_MM else swept(start, end, center, ccw)
     sweep += math.tau * (turns - 1)
     return Curve(ends[0], ends[1], tangents[0], tangents[1], end, center, ccw, sweep)
 
 
 def _angle(point: Pair, center: Pair) -> float:
     return math.atan2(point[1] - center[1], point[0] - center[0])
-
-
-def _turn(start: Pair, end: Pair, center: Pair, ccw: bool) -> float:
-    """Angle from one point to another in one sense, in [0, tau)."""
-    angle = _angle(end, center) - _angle(start, center)
-    return (angle if ccw else -angle) % math.tau
 
 
 def _advance(curve: Curve, start: Pair, end: Pair) -> float:
@@ -322,8 +316,8 @@ def _foot(item: Segment, point: Pair) -> Pair:
 def _lies_on(item: Segment, point: Pair) -> bool:
     if item.center is None:
         return 0.0 <= _along(item, point)[1] <= math.dist(item.start, item.end)
-    swept, whole = (_turn(item.start, place, item.center, item.ccw) for place in (point, item.end))
-    return swept <= (whole or math.tau) + 1e-9
+    passed, whole = (swept(item.start, place, item.center, item.ccw) for place in (point, item.end))
+    return passed <= (whole or math.tau) + 1e-9
 
 
 SAMPLES: Final = 12
@@ -388,7 +382,7 @@ def _distance(point: Pair, a: Pair, b: Pair, move: Move) -> float:
         t = min(1.0, max(0.0, t))
         return math.dist(point, (a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])))
     c, ccw = move.center, move.motion is Motion.ARC_CCW
-    sweep = math.tau if move.turns > 1 or math.dist(a, b) < 1e-9 else _turn(a, b, c, ccw)
-    if _turn(a, point, c, ccw) <= sweep:
+    sweep = math.tau if move.turns > 1 or math.dist(a, b) < 1e-9 else swept(a, b, c, ccw)
+    if swept(a, point, c, ccw) <= sweep:
         return abs(math.dist(point, c) - math.dist(a, c))
     return min(math.dist(point, a), math.dist(point, b))

@@ -120,7 +120,6 @@ class Pen(Placing):
                        "give the tool its flutes in the job")  # fmt: skip
 
     def change_tool(self, number: int) -> None:
-        """Another tool in the spindle."""
         if self.compensation is not None:
             raise PenError("E359", "the tool cannot change while cutter compensation is on")
         table = self.settings.tools
@@ -131,7 +130,6 @@ class Pen(Placing):
         self.called.add(number)
 
     def set_tcp(self, on: bool) -> None:
-        """Tool centre point control."""
         if on == self.tcp:
             return
         self.flush()
@@ -263,13 +261,11 @@ class Pen(Placing):
         return (abs(pitch) or 1.0) * (abs(rpm) or ASSUMED_RPM)
 
     def dwell(self, seconds: float) -> None:
-        """Stand still."""
         self.flush()
         move = self._move(Motion.DWELL, self.at, None)._replace(dwell_s=seconds)
         self._compensated(move)
 
     def end(self) -> None:
-        """End of the program."""
         self.flush()
         if self.compensation is not None:
             self.note("W358", "the program ends with cutter compensation on")

@@ -128,11 +128,9 @@ class LineEdit:
         self.added.append(text)
 
     def lower(self) -> bool:
-        """Whether the line is written in lower case."""
         return bool(self.lexed.words) and self.lexed.words[-1].text[0].islower()
 
     def text(self) -> str:
-        """The line with all changes."""
         out, lexed = self.lexed.text, self.lexed
         places = [(word.col, word.length) for word in lexed.words]
         places += [(item.col, item.length) for item in lexed.assignments]

@@ -62,7 +62,6 @@ class Run:
         return BlockError(Problem(code, word, message, hint))
 
     def warn(self, code: str, word: Word | None, message: str) -> None:
-        """Record a warning."""
         self.warnings.append(Problem(code, word, message))
 
     # ---- where to ----
@@ -155,11 +154,9 @@ class Run:
     # ---- the moves ----
 
     def rapid(self, values: Mapping[int, float]) -> None:
-        """Rapid to program coordinates."""
         self.emit(Motion.RAPID, *self.place(values), None)
 
     def cut(self, values: Mapping[int, float]) -> None:
-        """Feed to program coordinates."""
         sim, machine = self.place(values)
         self.emit(Motion.LINEAR, sim, machine, self.feed(math.dist(self.state.sim, sim)))
 
@@ -178,7 +175,6 @@ class Run:
         return seconds
 
     def dwell(self, seconds: float) -> None:
-        """Stand still."""
         self.emit(Motion.DWELL, self.state.sim, self.state.machine, None, dwell_s=seconds)
 
     def emit(

@@ -283,7 +283,6 @@ class Memory:
         self.values.update(values)
 
     def __contains__(self, number: int) -> bool:
-        """Whether a numbered parameter was set."""
         return number in self.values
 
     def leave(self) -> None:

@@ -45,7 +45,6 @@ class EdgeParts(NamedTuple):
     upper_by: Ints
 
     def take(self, chosen: Bools | Ints) -> EdgeParts:
-        """Some of the rows."""
         return EdgeParts._make(column[chosen] for column in self)
 
 

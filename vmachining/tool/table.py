@@ -114,18 +114,15 @@ def mapping_of_tool(tool: Cutter, number: int) -> dict[str, Any]:
 
 
 def _build(kind: str, read: _Reader, common: dict[str, Any]) -> Cutter:
-    if kind == "apt":
-        common |= read.apt()
-        return AptTool(length=read.length("length_mm", 0.0) or 0.0, **common)
-    if kind == "profile":
-        return ProfileTool(
-            points=read.meridian("profile"), length=read.length("length_mm", 0.0) or 0.0, **common
-        )
+    if kind in ("apt", "profile"):
+        common["length"] = read.length("length_mm", 0.0)
+        if kind == "apt":
+            return AptTool(**common, **read.apt())
+        return ProfileTool(points=read.meridian("profile"), **common)
     common["length"] = read.length("length_mm")
     diameter = read.length("diameter_mm")
-    assert diameter is not None
     if kind == "drill":
-        tip = read.number("tip_deg", TIP_DEG) or 0.0
+        tip = read.number("tip_deg", TIP_DEG)
         if not 0.0 < tip <= 180.0:
             raise ToolError(f"tip_deg {tip:g} must lie above 0 and up to 180", word="tip_deg")
         point = 0.5 * diameter / tan(radians(0.5 * tip)) if tip < 180.0 else 0.0
@@ -133,14 +130,12 @@ def _build(kind: str, read: _Reader, common: dict[str, Any]) -> Cutter:
             raise ToolError(f"the tip alone is {point:g} mm long", word="length_mm", remedy="a longer drill")
         cone = [(0.0, 0.0), (0.5 * diameter, point), (0.5 * diameter, common["length"])]
         return ProfileTool(points=cone, **common)
-    if kind == "flat":
-        return FlatEnd(diameter=diameter, **common)
-    if kind == "ball":
-        return BallNose(diameter=diameter, **common)
+    if kind in ("flat", "ball"):
+        return (FlatEnd if kind == "flat" else BallNose)(diameter=diameter, **common)
     if kind == "bull":
-        return BullNose(diameter=diameter, corner_radius=read.length("corner_radius_mm") or 0.0, **common)
-    corner = read.length("corner_radius_mm", 0.0) or 0.0
-    return Taper(diameter=diameter, taper_deg=read.number("taper_deg") or 0.0, corner_radius=corner, **common)
+        return BullNose(diameter=diameter, corner_radius=read.length("corner_radius_mm"), **common)
+    corner = read.length("corner_radius_mm", 0.0)
+    return Taper(diameter=diameter, taper_deg=read.number("taper_deg"), corner_radius=corner, **common)
 
 
 def _key(word: str | None, allowed: Sequence[str]) -> str | None:
@@ -157,15 +152,14 @@ class _Reader:
     def __init__(self, mapping: Mapping[str, Any], label: str, scale: float) -> None:
         self.mapping, self.label, self.scale = mapping, label, scale
 
-    def number(self, key: str, default: Any = _MISSING) -> float | None:
+    def number(self, key: str, default: Any = _MISSING) -> Any:
+        """A float, or the default."""
         value = self.mapping.get(key, default)
         if value is _MISSING:
             raise ToolError(f"{self.label}: {key} is missing", word=key, remedy=f"add {key} = ...")
-        if value is None or value is default:
-            return None if value is None else float(value)
-        return self._float(key, value)
+        return value if value is None or value is default else self._float(key, value)
 
-    def length(self, key: str, default: Any = _MISSING) -> float | None:
+    def length(self, key: str, default: Any = _MISSING) -> Any:
         value = self.number(key, default)
         return None if value is None else value * self.scale
 
@@ -188,7 +182,7 @@ class _Reader:
             )
         return tuple((self._float(key, r) * self.scale, self._float(key, z) * self.scale) for r, z in rows)
 
-    def apt(self) -> dict[str, float]:
+    def apt(self) -> dict[str, Any]:
         table = self.mapping.get("apt")
         required = (*APT_LENGTHS, *APT_ANGLES)
         if not isinstance(table, Mapping):

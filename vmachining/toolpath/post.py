@@ -20,7 +20,7 @@ from vmachining.errors import InputError
 from vmachining.geometry.rotation import great_circle
 from vmachining.machine import JointPath, Machine, axis_deviation, follow
 from vmachining.nc import Motion, Move
-from vmachining.nc.frames import PLANES
+from vmachining.nc.frames import PLANES, swept
 from vmachining.nc.model import Point
 
 POSTS: Final = ("iso", "fanuc", "sinumerik", "heidenhain")
@@ -180,11 +180,9 @@ def _turns(move: Move) -> list[tuple[Point, bool]]:
     """Ends of the single turns of an arc, and whether each is a full circle."""
     assert move.center is not None
     a, b, normal = IN_PLANE[move.plane]
-    start = math.atan2(move.start[b] - move.center[1], move.start[a] - move.center[0])
-    end = math.atan2(move.end[b] - move.center[1], move.end[a] - move.center[0])
-    sweep = (end - start if move.motion is Motion.ARC_CCW else start - end) % math.tau
-    if math.dist((move.start[a], move.start[b]), (move.end[a], move.end[b])) < 1e-9:
-        sweep = math.tau
+    start, end = ((point[a], point[b]) for point in (move.start, move.end))
+    whole = math.dist(start, end) < 1e-9
+    sweep = math.tau if whole else swept(start, end, move.center, move.motion is Motion.ARC_CCW)
     total = sweep + math.tau * (move.turns - 1)
     out: list[tuple[Point, bool]] = []
     for k in range(1, move.turns):
@@ -224,11 +222,9 @@ class _Writer:
         return out
 
     def word(self, letter: str, text: str) -> str:
-        """One word."""
         return f"{letter}{text}"
 
     def write(self, moves: Sequence[Move]) -> None:
-        """The whole program."""
         self.lines += self.head()
         for move in moves:
             if move.tool != self.tool:
@@ -286,7 +282,6 @@ class _Writer:
         return [f"F{self.number(move.feed_mm_min)}"]
 
     def straight(self, move: Move) -> None:
-        """A rapid or a line."""
         code = "G0" if move.motion is Motion.RAPID else "G1"
         words = self.changed(self.pose(move))
         if not words:
@@ -430,8 +425,7 @@ class _Heidenhain(_Writer):
             else:
                 angle = 360.0
                 if not whole:
-                    one, two = (math.atan2(p[1] - y, p[0] - x) for p in (begin, end))
-                    angle = math.degrees((two - one if ccw else one - two) % math.tau)
+                    angle = math.degrees(swept(begin[:2], end[:2], (x, y), ccw))
                 step = self.word("IPA", self.number(angle if ccw else -angle))
                 self.lines.append(" ".join(["CP", step, self.word("Z", self.number(end[2])), *tail]))
             begin = end

@@ -75,7 +75,6 @@ class Planes:
         return next((frame.matrix for kind, frame in self.chain if kind == "tilt"), EYE)
 
     def frame(self) -> Frame:
-        """All together."""
         return _joined(self.chain)
 
     def define(self, kind: str, frame: Frame) -> None:

@@ -57,7 +57,6 @@ class _Cycle:
         return int(at)
 
     def cut(self, plunge: str) -> Cut:
-        """How it is milled."""
         self.need("Q201", "Q202", "Q200")
         depth, kind = self.length("Q201"), self.values.get("Q215", 1.0 if self.number in (256, 257) else 0.0)
         if depth > 0.0:

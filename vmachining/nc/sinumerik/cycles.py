@@ -264,7 +264,6 @@ class _Values:
         return SHARE * diameter
 
     def cut(self) -> Cut:
-        """How it is milled."""
         self.need("RTP", "MID")
         kind = int(self["VARI"])
         units, tens = _digit(kind, 0), _digit(kind, 1)

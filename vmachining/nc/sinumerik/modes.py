@@ -63,7 +63,6 @@ class Modes(Turning):
         self.vector = [0.0, 0.0, 1.0]
 
     def block(self, text: str) -> None:
-        """Everything but steering."""
         if text.startswith("MCALL"):
             self._mcall(text[5:].strip())
             return

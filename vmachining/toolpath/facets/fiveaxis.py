@@ -193,7 +193,8 @@ def _poses(tool: _Ways, v: float, u: Floats, sign: float) -> _Poses:
     lift[at] = tool.surface.lift(tips[at], axes[at], tool.radius, tool.corner)
     blocked = at[lift[at] > tool.chord]
     local = np.searchsorted(at, blocked)
-    for delta in _tilts(tool.limit):
+    steps = TILT_STEP_DEG * np.arange(1, int(tool.limit / TILT_STEP_DEG + 1e-9) + 1)
+    for delta in np.column_stack([steps, -steps]).ravel():  # the nearest first
         if not len(blocked):
             break
         t, a = tool.touching(cc[local], n[local], feed[local], delta)
@@ -203,12 +204,6 @@ def _poses(tool: _Ways, v: float, u: Floats, sign: float) -> _Poses:
         blocked, local = blocked[~free], local[~free]
     marks[blocked] = int(Mark.RAISED)
     return _Poses(u, tips + lift[:, None] * axes, axes, marks, hit)
-
-
-def _tilts(limit: float) -> list[float]:
-    """Changes of the tilt, degrees, nearest first."""
-    count = int(limit / TILT_STEP_DEG + 1e-9)
-    return [sign * k * TILT_STEP_DEG for k in range(1, count + 1) for sign in (1.0, -1.0)]
 
 
 def _between(p: Floats, q: Floats, share: Floats) -> Floats:
