@@ -140,7 +140,7 @@ def iso_program(
 
     Raises InputError: A tilted tool, or a feed that is not positive.
     """
-    checked_feed(feed_mm_min)
+    positive(" of mm/min", feed=feed_mm_min)
     if not path.is_upright:
         raise InputError(TILTED[0], remedy=TILTED[1])
     lines = iso_head(title, tool, spindle_rev_min)
@@ -177,7 +177,7 @@ def changed_lines(
 
 def pose_table(path: CLPath, *, feed_mm_min: float, tool: int = 1, **_: object) -> str:
     """Table of dialect `poses`: tip, axis, feed, rapid, tool."""
-    checked_feed(feed_mm_min)
+    positive(" of mm/min", feed=feed_mm_min)
     lines = ["x_mm,y_mm,z_mm,i,j,k,feed_mm_min,rapid,tool"]
     for tip, axis, rapid in zip(path.tips, path.axes, path.rapid, strict=True):
         cells = [_number(v) for v in tip] + [_number(v, 9) for v in axis]
@@ -189,7 +189,7 @@ def apt_file(
     path: CLPath, *, feed_mm_min: float, spindle_rev_min: float = 6000.0, tool: int = 1, title: str = ""
 ) -> str:
     """CL file of dialect `apt`: GOTO records with the axis where the tool is tilted (MULTAX)."""
-    checked_feed(feed_mm_min)
+    positive(" of mm/min", feed=feed_mm_min)
     tilted = not path.is_upright
     lines = [f"PARTNO {title or 'VMACHINING'}", "UNITS/MM", *(["MULTAX"] if tilted else [])]
     lines += [f"LOADTL/{tool}", f"SPINDL/{spindle_rev_min:g},CLW", f"FEDRAT/{feed_mm_min:g},MMPM"]
@@ -199,10 +199,11 @@ def apt_file(
     return "\n".join([*lines, "FINI"]) + "\n"
 
 
-def checked_feed(feed: float) -> None:
-    """Raises InputError for a feed that is not positive."""
-    if not (np.isfinite(feed) and feed > 0.0):
-        raise InputError(f"feed {feed:g}: give a positive number of mm/min")
+def positive(unit: str = " of mm", **values: float | None) -> None:
+    """Raises InputError for the first of the given values that is not positive."""
+    for name, value in values.items():
+        if value is not None and not (np.isfinite(value) and value > 0.0):
+            raise InputError(f"{name} {value:g}: give a positive number{unit}")
 
 
 WRITERS: dict[str, tuple[str, Callable[..., str]]] = {

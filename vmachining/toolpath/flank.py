@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import InputError
-from vmachining.toolpath.clpath import CLPath, Mark
+from vmachining.toolpath.clpath import CLPath, Mark, positive
 
 PLACES = np.linspace(0.0, 1.0, 17)
 LEAST_MM = 1e-9
@@ -63,8 +63,7 @@ def flank_path(
         raise InputError(
             f"{len(low)} and {len(high)} places on the rails: give as many on both, two at least"
         )
-    if not (np.isfinite(radius) and radius > 0.0):
-        raise InputError(f"radius {radius:g}: give a positive number of mm")
+    positive(radius=radius)
     ruling = _unit(high - low, "ruling {k} has no length")
     sign = 1.0 if side == "left" else -1.0
     rails = [_Rail.of(rail) for rail in (low, high)]

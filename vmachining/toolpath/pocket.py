@@ -25,7 +25,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
-from vmachining.toolpath.clpath import iso_head
+from vmachining.toolpath.clpath import iso_head, positive
 from vmachining.toolpath.triangle import Triangle
 
 MODES = ("true", "book", "book_corrected")
@@ -303,9 +303,7 @@ def level_program(
     Raises InputError: A depth, step or feed that is not positive.
     """
     sizes = {"depth": depth_mm, "step": step_mm, "feed": feed_mm_min, "plunge feed": plunge_mm_min}
-    for name, value in sizes.items():
-        if not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} {value:g}: give a positive number")
+    positive("", **sizes)
     levels = ceil(depth_mm / step_mm - 1e-12)
     (x, y), rest = path[0], path[1:]
     lines = [*iso_head(title, 1, 6000.0), f"G0 X{x:.4f} Y{y:.4f}", f"Z{CLEAR_MM:.4f}"]

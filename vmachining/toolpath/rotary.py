@@ -17,7 +17,7 @@ from vmachining.arrays import Bools, Floats
 from vmachining.errors import InputError
 from vmachining.geometry.rotation import great_circle
 from vmachining.machine import Machine, axis_deviation, follow, tip_deviation
-from vmachining.toolpath.clpath import CLPath, changed_lines, checked_feed, iso_head, words_of
+from vmachining.toolpath.clpath import CLPath, changed_lines, iso_head, positive, words_of
 
 ROUNDS = 10
 """Halvings of a block: a thousandth of it."""
@@ -41,12 +41,10 @@ def rotary_program(
     Raises InputError: A machine without rotary axes, a feed or tolerance that is not positive.
     Raises KinematicsError: A pose out of reach or outside of the travels.
     """
-    checked_feed(feed_mm_min)
+    positive(" of mm/min", feed=feed_mm_min)
     if not machine.rotary:
         raise InputError(f"machine {machine.name} has no rotary axis", remedy="name one such as ac-table")
-    for name, value in (("tolerance_mm", tolerance_mm), ("angle_deg", angle_deg)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} {value:g}: give a positive number")
+    positive("", tolerance_mm=tolerance_mm, angle_deg=angle_deg)
     tips, axes, rapid = path.tips, path.axes, path.rapid
     limit = np.radians(angle_deg)
     for _ in range(ROUNDS):

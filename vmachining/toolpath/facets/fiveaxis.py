@@ -147,11 +147,8 @@ def five_axis_raster(
     """
     checked_sizes(chord, scallop, step)
     mesh = surface.mesh
-    low, high = mesh.bounds
-    top = float(high[2]) + radius + 5.0
-    along, across = directions(direction_deg)
-    corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])])
-    (u0, u1), (v0, v1) = ((float((corners @ d).min()), float((corners @ d).max())) for d in (along, across))
+    top = float(mesh.bounds[1, 2]) + radius + 5.0
+    along, across, (u0, u1), (v0, v1) = directions(mesh, direction_deg)
     inset = 1e-9 * (v1 - v0)  # a line on the border of the part may miss it by rounding
     mixed = _corner_normals(mesh, normals, sharp_deg)
     tool = _Ways(

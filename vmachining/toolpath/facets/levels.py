@@ -19,7 +19,7 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
-from vmachining.toolpath.clpath import CLPath, Mark
+from vmachining.toolpath.clpath import CLPath, Mark, positive
 from vmachining.toolpath.facets import _kernels
 from vmachining.toolpath.facets.drop import Surface
 
@@ -84,11 +84,8 @@ def waterline(
     chord : mm, largest distance of the loops from where the tool touches.
     pitch : mm between fibres; default a quarter of the radius.
     """
-    if not (np.isfinite(chord) and chord > 0.0):
-        raise InputError(f"chord {chord:g}: give a positive number of mm")
     gap = radius / 4.0 if pitch is None else pitch
-    if not (np.isfinite(gap) and gap > 0.0):
-        raise InputError(f"pitch {gap:g}: give a positive number of mm")
+    positive(chord=chord, pitch=gap)
     low, high = surface.mesh.bounds[:, :2]
     start = low - radius - (1.0 + SHIFT) * gap
     counts = np.ceil((high + radius + gap - start) / gap).astype(np.int64) + 1

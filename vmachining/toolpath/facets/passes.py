@@ -14,16 +14,19 @@ flat end it is an upper bound. Faces steeper than `STEEP_DEG` do not choose the 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import product
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
-from vmachining.toolpath.clpath import CLPath, Mark
+from vmachining.toolpath.clpath import CLPath, Mark, positive
 from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
 from vmachining.toolpath.facets.ridges import scallop_step, upright_ridges, widest_step
+
+Span: TypeAlias = tuple[float, float]
 
 INNER = np.array([0.25, 0.5, 0.75])
 STEEP_DEG = 75.0
@@ -59,9 +62,7 @@ class Chords:
 
 def checked_sizes(chord: float, scallop: float | None, step: float | None) -> None:
     """Raises InputError for sizes that are not positive, or both or none of scallop and step."""
-    for name, value in (("chord", chord), ("scallop", scallop), ("step", step)):
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} {value:g}: give a positive number of mm")
+    positive(chord=chord, scallop=scallop, step=step)
     if (scallop is None) == (step is None):
         raise InputError("give a scallop height or a step over, one of them")
 
@@ -114,16 +115,13 @@ def raster(
     low, high = surface.mesh.bounds
     bottom = float(low[2]) if floor is None else floor
     top = float(high[2]) + 5.0 if clear is None else clear
-    along, across = directions(direction_deg)
-    corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])])
-    u0, u1 = (corners @ along).min(), (corners @ along).max()
-    v0, v1 = (corners @ across).min(), (corners @ across).max()
+    along, across, (u0, u1), (v0, v1) = directions(surface.mesh, direction_deg)
     notes = overhang_notes(surface.mesh)
     if step is not None:
         offsets = np.linspace(v0, v1, int(np.ceil((v1 - v0) / step - 1e-9)) + 1)
     else:
         assert scallop is not None
-        extent = u0, u1, v0, v1
+        extent = (u0, u1), (v0, v1)
         offsets, more = _offsets(surface, radius, corner_radius, scallop, along, across, extent, bottom)
         notes += more
     starts, ends = (u * along + offsets[:, None] * across for u in (u0, u1))
@@ -147,11 +145,14 @@ def raster(
     return Raster(CLPath.joined(pieces, clear_mm=top, notes=tuple(notes)), offsets)
 
 
-def directions(degrees: float) -> tuple[Floats, Floats]:
-    """(2,) unit in plan, along passes at an angle from +x, and across them to the left."""
+def directions(mesh: FacetMesh, degrees: float) -> tuple[Floats, Floats, Span, Span]:
+    """(2,) unit in plan, along passes at an angle from +x, and across them to the left; extents of the part in both, mm."""
     turn = np.radians(degrees)
     along = np.array([np.cos(turn), np.sin(turn)])
-    return along, np.array([-along[1], along[0]])
+    across = np.array([-along[1], along[0]])
+    corners = np.array(list(product(*mesh.bounds[:, :2].T)))
+    spans = [(float((corners @ way).min()), float((corners @ way).max())) for way in (along, across)]
+    return along, across, spans[0], spans[1]
 
 
 def on_part(
@@ -243,11 +244,11 @@ def _offsets(
     scallop: float,
     along: Floats,
     across: Floats,
-    extent: tuple[float, float, float, float],
+    extent: tuple[Span, Span],
     floor: float,
 ) -> tuple[Floats, list[str]]:
     """Offsets of lines whose highest scallop has the asked height, within 2 % below it."""
-    u0, u1, v0, v1 = extent
+    (u0, u1), (v0, v1) = extent
     if scallop >= radius:
         raise InputError(f"a scallop of {scallop:g} mm is not below the radius of the cutter, {radius:g} mm")
     plane = float(scallop_step(scallop, corner_radius)) if corner_radius > scallop else 2.0 * scallop
@@ -263,32 +264,29 @@ def _offsets(
         found = surface.drop(xy, radius, corner_radius, floor=floor)
         return found.z, found.touches
 
-    def highest(last: tuple[Floats, Bools], v: float, s: float) -> tuple[float, int, int]:
-        found = [last, *(tips(v + share * s) for share in BETWEEN), tips(v + s)]
-        z = np.array([height for height, _ in found])
-        places = s * np.array([0.0, *BETWEEN, 1.0])
-        slopes = np.gradient(z, stations, axis=1)
-        heights, up = upright_ridges(z, slopes, places, radius, corner_radius)
-        on = np.all([touches for _, touches in found], axis=0)
-        level = on & (up >= limit)
-        return float(heights[level].max(initial=0.0)), int((on & ~level).sum()), int(on.sum())
-
     offsets = [v0]
     s = plane
     while offsets[-1] < v1 - 1e-9:
         v = offsets[-1]
         last = tips(v)
-        walls = on = 0
+        walls = touched = 0
 
-        def ridge(width: float, v: float = v, last: tuple[Floats, Bools] = last) -> float:
-            nonlocal walls, on
-            height, walls, on = highest(last, v, width)
-            return height
+        def highest(width: float, v: float = v, last: tuple[Floats, Bools] = last) -> float:
+            nonlocal walls, touched
+            shares = np.array([*BETWEEN, 1.0])
+            found = [last, *(tips(v + share * width) for share in shares)]
+            z = np.array([height for height, _ in found])
+            slopes = np.gradient(z, stations, axis=1)
+            heights, up = upright_ridges(z, slopes, width * np.insert(shares, 0, 0.0), radius, corner_radius)
+            on = np.all([touches for _, touches in found], axis=0)
+            level = on & (up >= limit)
+            walls, touched = int((on & ~level).sum()), int(on.sum())
+            return float(heights[level].max(initial=0.0))
 
-        good = widest_step(ridge, scallop, start=s, least=least, most=most)
+        good = widest_step(highest, scallop, start=s, least=least, most=most)
         s = good if good > 0.0 else least
         bound = bound or good == 0.0
-        steep, seen = steep + walls, seen + on
+        steep, seen = steep + walls, seen + touched
         offsets.append(min(v + s, v1))
     found = []
     if steep:
