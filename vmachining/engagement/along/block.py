@@ -29,6 +29,7 @@ from vmachining.tool import Edge
 
 ANGLES = 72  # at which forces are summed, at least; angles where values jump come to it
 MOST_SAMPLES = 16
+EVEN = [np.arange(n + 1) / n for n in range(1, MOST_SAMPLES + 1)]
 BEHIND_MM = 0.02  # a motion's own sweep ends behind the tool: no nearer pose covers more than 4e-4 / R mm of what lies ahead
 BEFORE_END_MM = 1e-4  # of a block, its last place: at the end the tool may touch a wall that it never enters
 TILES, PER_RADIUS = 256, 4  # tiles along the longer side at most, and to a radius
@@ -153,8 +154,7 @@ def _hits(edge: Edge, known: tuple[Floats, Ints], part: Floats, ring: int, phi: 
 
 def fractions(length: float, radius: float) -> Floats:
     """t = j / n, j = 0..n, n = ceil(L / (R / 4)) between 1 and 16."""
-    n = min(max(ceil(length / (0.25 * radius) - 1e-9), 1), MOST_SAMPLES)
-    return np.arange(n + 1) / n
+    return EVEN[min(max(ceil(length / (0.25 * radius) - 1e-9), 1), MOST_SAMPLES) - 1]
 
 
 def blade(edge: Edge) -> Blade:
@@ -312,7 +312,7 @@ class _Walk:
         shape = blade(edge)
         while True:
             work = Work._make((
-                *np.empty((6, NODES)), np.empty(self.list, np.int64), np.empty(self.list + 1),
+                *np.empty((8, NODES)), np.empty((self.list + 1, NODES)), np.empty(self.list, np.int64), np.empty(self.list + 1),
                 *np.empty((3, self.list), np.int64), np.empty(self.turn.part.shape[1:]), self.slot, self.seen, self.clock,
             ))  # fmt: skip
             scene = Scene(self.rows, self.tiles, world, shape, work, self.room)

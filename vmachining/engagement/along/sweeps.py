@@ -296,6 +296,8 @@ def _straight(
     q = np.zeros((len(paths), WIDTH))
     q[:, 0:3], q[:, 3:6], q[:, 14:16], q[:, 26] = start, d, end[:, :2], end[:, 2]
     q[:, 16:18], q[:, 18], q[:, 19] = (rc, r), d[:, 0] ** 2 + d[:, 1] ** 2, size**2
+    with np.errstate(divide="ignore"):
+        q[:, 6], q[:, 7] = np.where(q[:, 18] > 0.0, 1.0 / q[:, 18], 0.0), 1.0 / q[:, 19]
     q[:, 20:23] = q[:, 23:26] = d / np.where(size > 0.0, size, 1.0)[:, None]
     q[:, 27], q[:, 28] = low[:, 2], high[:, 2]
     kinds = np.where(d[:, 2] == 0.0, LEVEL, BALL if rc == 0.0 else RAMP)

@@ -4,9 +4,10 @@
 #   top. g(rho, w) = |(u+, v+)| + min(max(u, v), 0) - r with u = rho - rc, v = r - w: its distance. Ball: rc = 0, flat: r = 0.
 # Kinds of a sweep: BALL ball on a line, LEVEL any rounded box on a level line, CIRCLE on a level arc about z, RAMP on a sloped
 #   line, HELIX on at most a quarter of a turn of a helix; EXACT by the general distances of `margin`; POSES see below.
-# Columns of num, one row each: 0 start (3), 3 D (3) to the end, 6 centre x y, 8 radius of the path, 9 angle of the start, 10
-#   turned angle, 11 direction of the middle (2), 13 cosine of half the angle (-1.1: whole circle), 14 end x y, 16 rc, 17 r,
-#   18 |D_xy|^2, 19 |D|^2, 20 unit velocity at the start (3), 23 at the end (3), 26 end z, 27 lowest and 28 highest z of the tip.
+# Columns of num, one row each: 0 start (3), 3 D (3) to the end, 6 centre x y, of a line 1 / |D_xy|^2 (0 for a plunge) and
+#   1 / |D|^2, 8 radius of the path, 9 angle of the start, 10 turned angle, 11 direction of the middle (2), 13 cosine of half the
+#   angle (-1.1: whole circle), 14 end x y, 16 rc, 17 r, 18 |D_xy|^2, 19 |D|^2, 20 unit velocity at the start (3), 23 at the end
+#   (3), 26 end z, 27 lowest and 28 highest z of the tip.
 # POSES, a cutter with a wall that may lean by tau and with a top at w = H, whose tip and axis are cubics of t: 0 tip (3), its
 #   coefficients of t, t^2, t^3 (3 each), 12 cosine and sine of tau, 14 end x y, 16 rc, 17 r, 18 H, 19 bend (mm, how far minima
 #   over t may lie below a convex function), 20 axis (3), 23 coefficient of t (3), 26 end z, 27 of t^2 (3), 30 of t^3 (3), 33
@@ -25,6 +26,7 @@ BALL, LEVEL, CIRCLE, RAMP, HELIX, EXACT, POSES = 0, 1, 2, 3, 4, 5, 6
 # mm: how well minima over a motion are known near it, and outside
 FINE, FINE_POSE, COARSE = 1e-10, 1e-8, 1e-4
 SHARE = 0.01  # of the distance, the same
+LANES = 8  # numbers that a processor takes at once; what is left over costs as much again
 
 
 class Rows(NamedTuple):
@@ -291,14 +293,16 @@ def gap(num, kind, k, x, y, z, best):
 
 
 @leaf
-def lower(num, kind, k, x, y, z, m, who, c, n):
-    """m[i] becomes the smaller of itself and the signed distance of point i to sweep k, for n points, and who[i] c where
-    it does; see `gap`."""
+def lower(num, kind, k, x, y, z, m, who, c, n, out, far):
+    """out[i] becomes the signed distance of point i to sweep k, m[i] the smaller of both, and who[i] c where it does.
+
+    far : distances are wanted up to this above m. n : points, best a multiple of `LANES`; see `gap`.
+    """
     q = num[k]
     x0, y0, z0, dx, dy, dz = q[0], q[1], q[2], q[3], q[4], q[5]
     rc, r = q[16], q[17]
     if kind == BALL:
-        plan, full = (1.0 / q[18] if q[18] > 0.0 else 0.0), 1.0 / q[19]
+        plan, full = q[6], q[7]
         z0 += r
         for i in range(n):
             px, py, pz = x[i] - x0, y[i] - y0, z[i] - z0
@@ -309,20 +313,16 @@ def lower(num, kind, k, x, y, z, m, who, c, n):
             bx, by, bz = px - s * dx, py - s * dy, pz - s * dz
             side = ax * ax + ay * ay
             deep = bx * bx + by * by + bz * bz
-            d = np.sqrt(side if pz >= t * dz else deep) - r
-            less = d < m[i]
-            m[i], who[i] = d if less else m[i], c if less else who[i]
+            out[i] = np.sqrt(side if pz >= t * dz else deep) - r
     elif kind == LEVEL:
-        plan = 1.0 / q[18] if q[18] > 0.0 else 0.0
+        plan = q[6]
         for i in range(n):
             px, py = x[i] - x0, y[i] - y0
             t = min(max((px * dx + py * dy) * plan, 0.0), 1.0)
             ax, ay = px - t * dx, py - t * dy
             u, v = np.sqrt(ax * ax + ay * ay) - rc, r - (z[i] - z0)
             a, b = max(u, 0.0), max(v, 0.0)
-            d = np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r
-            less = d < m[i]
-            m[i], who[i] = d if less else m[i], c if less else who[i]
+            out[i] = np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r
     elif kind == CIRCLE:
         cx, cy, radius, bx, by, cos = q[6], q[7], q[8], q[11], q[12], q[13]
         ex, ey = q[14] - cx, q[15] - cy
@@ -336,11 +336,11 @@ def lower(num, kind, k, x, y, z, m, who, c, n):
             rho = np.sqrt(away * away if px * bx + py * by >= reach * cos else ends)
             u, v = rho - rc, r - (z[i] - z0)
             a, b = max(u, 0.0), max(v, 0.0)
-            d = np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r
-            less = d < m[i]
-            m[i], who[i] = d if less else m[i], c if less else who[i]
+            out[i] = np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r
     else:
         for i in range(n):
-            d = gap(num, kind, k, x[i], y[i], z[i], m[i])
-            less = d < m[i]
-            m[i], who[i] = d if less else m[i], c if less else who[i]
+            out[i] = gap(num, kind, k, x[i], y[i], z[i], m[i] + far)
+    for i in range(n):  # by itself: the loops above stay short enough for all lanes
+        d, most, old = out[i], m[i], who[i]
+        less = d < most
+        m[i], who[i] = d if less else most, c if less else old

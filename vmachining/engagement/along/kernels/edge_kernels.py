@@ -5,19 +5,30 @@
 
 import numpy as np
 
-from vmachining.engagement.along.kernels.distance_kernels import EXACT, POSES, lower, midway, touch
+from vmachining.engagement.along.kernels.distance_kernels import (
+    CIRCLE,
+    EXACT,
+    LANES,
+    POSES,
+    gap,
+    lower,
+    midway,
+    touch,
+)
 from vmachining.engagement.along.kernels.margin_kernels import FAR, edge_point, into, mesh_depth, turned
 from vmachining.engagement.along.kernels.point_kernels import (
     DEEP,
     FLAT,
     NODES,
     TAU,
+    around,
     depth,
     gap_of,
     margin_at,
     margin_on,
     may_end,
     place,
+    sided,
 )
 from vmachining.engagement.along.kernels.stretch_kernels import (
     below,
@@ -39,16 +50,21 @@ ARC, DISC, WALL, LEANING = 24, 12, 6, 16
 THIN_MM, SHARE = 0.1, 95
 SECANTS = 40
 END_MM = 1e-6  # of a part
+STRAIGHT_MM = 1e-4  # this near to the end of a part margins are straight
 ON_MM = 1e-6  # from a surface that a node lies on
 CURVED = 0.02  # of a cell, how far distances to sweeps are from linear there
 AWAY_MM = 0.02  # of material from an edge that is not looked at
 
 
 @leaf
-def all_few(work, count):
-    """`few` becomes `keep`."""
-    for i in range(count):
-        work.few[i] = work.keep[i]
+def few_of_cell(work, count, i, most):
+    """`few` becomes those of `keep` whose distances at the nodes i and i + 1 are `most` together; how many."""
+    few = 0
+    for k in range(count):
+        if work.gaps[k, i] + work.gaps[k, i + 1] <= most:
+            work.few[few] = work.keep[k]
+            few += 1
+    return few
 
 
 @leaf
@@ -80,15 +96,16 @@ def root(scene, now, count, piece, way, a, b, f, g):
         s = a + t * (b - a)
         v, count = margin_at(scene, now, count, abs(b - a) + FLAT, piece, s, way)
         v += TAU
+        straight = min(abs(f), abs(g)) > ON_MM and abs(v) * abs(b - a) < STRAIGHT_MM * abs(g - f)
         if (v > 0.0) == (f > 0.0):
             c, e = a, f
         else:
             c, e, b, g = b, g, a, f
         a, f = s, v
-        if abs(b - a) < END_MM or abs(v) < TAU:
+        if straight or abs(b - a) < END_MM or abs(v) < TAU:
             break
         t = next_share(a, b, c, f, g, e, 0.5 * END_MM / abs(b - a))
-    return a if abs(f) < abs(g) else b
+    return a + (b - a) * f / (f - g)
 
 
 @leaf
@@ -240,28 +257,42 @@ def march(scene, now, count, piece, way, span, parts, out):
 
 
 @leaf
-def of_one(scene, now, piece, way, s, c):
-    """Margin of one point of the edge against one sweep, or against the stock for c = -1."""
-    at = place(scene, now, piece, s, way)
-    if c < 0:
-        return depth(scene.world.kind, scene.world.stock, at[0], at[1], at[2])
-    return gap_of(scene, c, at, DEEP, DEEP)
+def deepest(kind, q, x, y, z, n, m, out):
+    """m and `out` of the first n nodes become how deep they lie in the stock; triangles are farther than the stretch is long."""
+    for i in range(n):
+        out[i] = min(DEEP, depth(kind, q, x[i], y[i], z[i])) if kind != 2 else DEEP
+        m[i] = out[i]
 
 
 @leaf
-def hidden(scene, now, piece, way, i, cells, step):
+def lower_tip(scene, c, i, way, now, n):
+    """`lower` for a sweep at the tip, at place i of `keep`."""
+    rows, work = scene.rows, scene.work
+    k, mode, m, gaps = work.near[c], work.mode[c], work.m, work.gaps
+    q, kind = rows.num[k], rows.kind[k]
+    side, over = sided(q, mode, way[0], way[1], way[2]), sided(q, mode, now[3], now[4], now[5])
+    for j in range(n):
+        d = side * work.n_r[j] + over * work.n_z[j]
+        if kind >= CIRCLE:
+            d = around(kind, gap(rows.num, kind, k, work.x[j], work.y[j], work.z[j], FAR), d)
+        gaps[i, j] = d
+        if d < m[j]:
+            m[j], work.who[j] = d, i
+
+
+@leaf
+def hidden(work, i, cells, step):
     """Where in a cell something may hide that both ends do not show, 0 if nothing may, and the largest margin there, or -DEEP.
 
     Where neither end cuts, and each for another sweep: where the distances to both are the same. Elsewhere where margins meet
     that continue as they do in the cells beside.
     """
-    m, s, who = scene.work.m, scene.work.s[i], scene.work.who
+    m, s, who, gaps = work.m, work.s[i], work.who, work.gaps
     f, g = m[i], m[i + 1]
     if f <= -TAU and who[i] != who[i + 1]:
         if f + g < -step:  # margins rise by no more than the way
             return 0.0, -DEEP
-        a = of_one(scene, now, piece, way, s + step, int(who[i]))
-        b = of_one(scene, now, piece, way, s, int(who[i + 1]))
+        a, b = gaps[int(who[i]), i + 1], gaps[int(who[i + 1]), i]
         if a > f and b > g:
             u = (b - f) / (a - f + b - g)
             most = f + (a - f) * u
@@ -338,19 +369,20 @@ def at_angle(scene, now, count, top, phi, aside, out):
             x[i] = now[0] + at[1] * now[3] + at[0] * e_x
             y[i] = now[1] + at[1] * now[4] + at[0] * e_y
             z[i] = now[2] + at[1] * now[5] + at[0] * e_z
+            work.n_r[i], work.n_z[i] = at[2], at[3]
             at = following(q, at, apart)
-            m[i], who[i] = DEEP, -1.0  # triangles are farther than the stretch is long
-            if world.kind != 2:
-                m[i] = min(DEEP, depth(world.kind, world.stock, x[i], y[i], z[i]))
+        full = -(-(cells + 1) // LANES) * LANES
+        for i in range(full):
+            who[i], j = kept, min(i, cells)
+            x[i], y[i], z[i], work.n_r[i], work.n_z[i] = x[j], y[j], z[j], work.n_r[j], work.n_z[j]
+        deepest(world.kind, world.stock, x, y, z, full, m, work.gaps[kept])
         for i in range(kept):
             c = work.keep[i]
             k = work.near[c]
             if work.mode[c] == 0:
-                lower(rows.num, rows.kind[k], k, x, y, z, m, who, float(c), cells + 1)
-            for j in range(0 if work.mode[c] == 0 else cells + 1):
-                d = of_one(scene, now, piece, way, work.s[j], c)
-                if d < m[j]:
-                    m[j], who[j] = d, c
+                lower(rows.num, rows.kind[k], k, x, y, z, m, who, float(i), full, work.gaps[i], step)
+            else:
+                lower_tip(scene, c, i, way, now, full)
         begin = work.s[0]
         for i in range(cells):
             f, g = m[i], m[i + 1]
@@ -358,22 +390,22 @@ def at_angle(scene, now, count, top, phi, aside, out):
             if i > 0:  # ends of a piece may lie on a floor at every angle
                 out[DEPTH] = max(out[DEPTH], f)
             if (f > -TAU) != (g > -TAU):
-                all_few(work, kept)
-                e = root(scene, now, kept, piece, way, s, t, f, g)
+                few = few_of_cell(work, kept, i, step + FLAT)
+                e = root(scene, now, few, piece, way, s, t, f, g)
                 if f > -TAU:
                     parts = put(blade, work.part, now, piece, way, begin, e, tol, parts, out)
                 begin = e
             else:
-                middle, most = hidden(scene, now, piece, way, i, cells, step)
+                middle, most = hidden(work, i, cells, step)
                 out[DEPTH] = max(out[DEPTH], most)
                 if middle > s:
-                    all_few(work, kept)
-                    v, few = margin_at(scene, now, kept, DEEP, piece, middle, way)
+                    few = few_of_cell(work, kept, i, FAR)
+                    v, few = margin_at(scene, now, few, DEEP, piece, middle, way)
                     out[DEPTH] = max(out[DEPTH], v)
                     if (v > -TAU) != (f > -TAU):
                         e0 = root(scene, now, few, piece, way, s, middle, f, v)
-                        all_few(work, kept)
-                        e1 = root(scene, now, kept, piece, way, middle, t, v, g)
+                        few = few_of_cell(work, kept, i, step + FLAT)
+                        e1 = root(scene, now, few, piece, way, middle, t, v, g)
                         if f > -TAU:
                             parts = put(blade, work.part, now, piece, way, begin, e0, tol, parts, out)
                             begin = e1

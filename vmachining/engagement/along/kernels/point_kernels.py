@@ -41,8 +41,9 @@ DEEP = 5.0  # mm: margins are known up to this
 class Work(NamedTuple):
     """Space of the kernels.
 
-    x .. m : (NODES,); who : of the sweep that is nearest to a node, as place in `near`, -1 for the stock. near, mode : see the
-    legend. keep : of a piece, as places in `near`; low : (sweeps + 1,) see `margin_on`; few : of those what may end it in a
+    x .. m : (NODES,), n_r, n_z normals of the meridian there; who : of the sweep that is nearest to a node, as place in `keep`,
+    one more for the stock. gaps (sweeps + 1, NODES) : distances of nodes, by place in `keep`, and to the stock. near, mode : see
+    the legend. keep : of a piece, as places in `near`; low : (sweeps + 1,) see `margin_on`; few : of those what may end it in a
     bracket. part : (n, 3) piece, s0, s1; a full one may have left parts out, and is made larger. slot, seen : (sweeps,) place in
     `near`, and the stretch that saw a sweep last. clock : (3,) stretches so far, places in `near` that tiles know, stamp of the
     station.
@@ -54,6 +55,9 @@ class Work(NamedTuple):
     s: NDArray[np.float64]
     m: NDArray[np.float64]
     who: NDArray[np.float64]
+    n_r: NDArray[np.float64]
+    n_z: NDArray[np.float64]
+    gaps: NDArray[np.float64]
     keep: NDArray[np.int64]
     low: NDArray[np.float64]
     few: NDArray[np.int64]

@@ -65,8 +65,8 @@ def height(q, kind, x, y):
 
 
 @leaf
-def bounds(rows, k, x, y, half, out):
-    """up and lo of a sweep at the corners of a tile about x, y; False where it does not come into the tile."""
+def bounds(rows, k, x, y, half, top, out):
+    """up and lo of a sweep at the corners of a tile about x, y; False where it does not come into it, lower than `top`."""
     q, kind = rows.num[k], rows.kind[k]
     for c in range(4):
         out[c], out[4 + c] = INF, -INF
@@ -80,7 +80,7 @@ def bounds(rows, k, x, y, half, out):
         t = min(max((px * q[3] + py * q[4]) / q[18], 0.0), 1.0) if q[18] > 0.0 else 0.0
         rho = np.sqrt((px - t * q[3]) ** 2 + (py - t * q[4]) ** 2)
     least = bottom(max(rho - away, 0.0), q[16], q[17])
-    if least >= INF:
+    if least >= INF or q[27] + least - SLACK >= top:
         return False
     for c in range(4):
         out[4 + c] = q[27] + least - SLACK
@@ -133,7 +133,7 @@ def enter(tiles, rows, k, work):
     for i in range(i0, i1 + 1):
         for j in range(j0, j1 + 1):
             x, y = tiles.origin[0] + (i + 0.5) * tiles.size, tiles.origin[1] + (j + 0.5) * tiles.size
-            if not bounds(rows, k, x, y, half, work):
+            if not bounds(rows, k, x, y, half, tiles.top[i, j], work):
                 continue
             highest = max(max(work[0], work[1]), max(work[2], work[3]))
             at, last, drop = tiles.head[i, j], -1, False

@@ -20,10 +20,11 @@ STEP = 2.0 * np.pi / GRID
 QUARTER_GRID = GRID // 4
 QUARTER = 0.5 * np.pi
 SEEN, LARGEST, PLAN = 0, 1, 2  # what gaps are divided for, see `share_of`
-SEEK, ROUNDS, PLANS, ENDS = 2, 6, 3, 30  # times at most; ends of arcs are narrowed
+SEEK, ROUNDS, PLANS, ENDS = 2, 8, 3, 30  # times at most; ends of arcs are narrowed
 NARROW = np.radians(0.1)  # intervals are not halved below this
-MORE, MORE_MM = 1e-3, 0.002  # of the largest, and mm: what a maximum between two angles must promise
-END_RAD = 1e-5
+MORE, MORE_MM = 1e-3, 0.004  # of the largest, and mm: what a maximum between two angles must promise
+BENT = 4.0  # times as much at one end of a gap as at the other is smooth
+END_RAD = 2e-5
 TOUCH_RAD = 1e-4  # less than this of a turn is a line along which tool and wall touch
 PLANNED = 0.01  # of the largest chip
 CLOSE = np.radians(0.5)  # angles where the chip passes it are not asked in gaps below this
@@ -123,21 +124,32 @@ def with_ends(scene, turn, now, count, top, aside, n, ring):
 
 
 @leaf
-def promises(turn, h, i, j, k, wh, wide, wk):
-    """Whether a maximum between i and j may exceed what is known: values continue as they do beside the interval."""
+def promised(turn, h, i, j, k, wh, wide, wk):
+    """Share of the way from i to j where a maximum may exceed what is known, 0 if none may: values continue as they do beside the
+    interval, by its width there at most. Where they bend as much at i as at j they do so until both sides meet, elsewhere a jump
+    may be anywhere."""
     for v in range(6):
         a, b = turn.value[i, v], turn.value[j, v]
-        most = turn.most[v]
-        least = MORE * most if v <= THICK else MORE_MM
-        if h >= 0:
-            rise = (a - turn.value[h, v]) * min(wide / wh, 1.0)
-            if a + rise > most + least and (a + rise > b or k < 0):
-                return True
-        if k >= 0:
-            rise = (b - turn.value[k, v]) * min(wide / wk, 1.0)
-            if b + rise > most + least and b + rise > a:
-                return True
-    return False
+        before, after = turn.value[h, v] if h >= 0 else -FAR, turn.value[k, v] if k >= 0 else -FAR
+        enough = turn.most[v] + (MORE * turn.most[v] if v <= THICK else MORE_MM)
+        up, on, down = (a - before) / wh, (b - a) / wide, (b - after) / wk
+        first, last = (up - on) / (wh + wide), (on + down) / (wide + wk)  # how far values bend at i and j
+        if (
+            min(before, after) > -FAR
+            and min(first, last) > 0.0
+            and max(first, last) < BENT * min(first, last)
+        ):
+            x = (on + down) * wide / (up + down)
+            if a + up * x > enough:
+                return min(max(x / wide, 0.1), 0.9)
+            continue
+        end = a + up * min(wide, wh)
+        if before > -FAR and end > enough and (end > b or k < 0):
+            return 0.5
+        end = b + down * min(wide, wk)
+        if after > -FAR and end > max(enough, a):
+            return 0.5
+    return 0.0
 
 
 @leaf
@@ -179,17 +191,24 @@ def share_of(turn, at, n, ring, wide, what):
     h = h if h >= 0 and turn.found[h] > 0 else -1
     k = k if k >= 0 and turn.found[k] > 0 else -1
     wh, wk = gap_after(turn, before, n), gap_after(turn, after, n)
-    return 0.5 if promises(turn, h, i, j, k, max(wh, 1e-9), wide, max(wk, 1e-9)) else 0.0
+    return promised(turn, h, i, j, k, max(wh, 1e-9), wide, max(wk, 1e-9))
 
 
 @leaf
 def divide(scene, turn, now, count, top, aside, n, ring, what, rounds):
     """Asks an angle in every gap where `share_of` finds one worth asking, a number of times; how many angles there are."""
+    asked = 0
     for _ in range(rounds):
-        at, asked = 0, n
+        at, known, asked = 0, asked, n
         while at < (n if ring else n - 1) and n < ROOM - 1:
-            wide = gap_after(turn, at, n)
-            share = share_of(turn, at, n, ring, wide, what)
+            h, i = turn.order[at - 1 if at > 0 else n - 1], turn.order[at]
+            j, k = (
+                turn.order[at + 1 if at + 1 < n else at + 1 - n],
+                turn.order[at + 2 if at + 2 < n else at + 2 - n],
+            )
+            wide, share = gap_after(turn, at, n), 0.0
+            if max(max(h, i), max(j, k)) >= known:  # since it was looked at
+                share = share_of(turn, at, n, ring, wide, what)
             if share > 0.0:
                 n = ask(scene, turn, now, count, top, aside, turn.phi[turn.order[at]] + share * wide, n)
                 insert(turn, at + 1, n - 1)
