@@ -7,7 +7,7 @@ import pytest
 from referee import CUTTERS, lowest
 
 from vmachining.engines.columns.cutters import underside
-from vmachining.engines.columns.patches._kernels import room
+from vmachining.engines.columns.patches._kernels import FOUR, RECT, rectangle, room
 from vmachining.engines.columns.surface._kernels import COLUMNS, OF
 
 GRID = 80
@@ -45,7 +45,8 @@ def test_room_under_the_top_over_one_cell(make):
         inside = np.isfinite(f)
         rim = max(a[2], a[2] + d[2]) + float(under(np.array(r)))
         below = rim <= top or bool(inside.all() and f.max() + 0.05 < top)
-        lo, hi = room(head, part, 0, row, 0, top, x, y, hx, hy, below, *scratch)
+        rectangle(scratch[0], hx, hy)
+        lo, hi = room(head, part, 0, row, 0, top, x, y, hx, hy, below, scratch[0], RECT, FOUR, scratch[1])
         if not np.isfinite(lo):
             continue
         area = 4.0 * hx * hy

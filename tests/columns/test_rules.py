@@ -14,7 +14,7 @@ from vmachining.sweep import Sweep
 
 RULES = {
     "R3": sides.CURVATURE, "R4": sides.ABOVE, "R5": sides.BELOW, "R7": sides.COVER, "R8": sides.FORGET,
-    "closed integrals": sides.CLOSED,
+    "closed integrals": sides.CLOSED, "crossings": sides.CROSS,
 }  # fmt: skip
 STOCK = FlatStock((-6.0, -5.0, -10.0), (7.0, 6.0, 0.0))
 POINTS = 8_000
@@ -57,10 +57,20 @@ def test_a_rule_switched_off_changes_widths_alone(make):
             assert b.lo - 4 * error <= volume <= b.hi + 4 * error, name
 
 
-@pytest.mark.parametrize("name", ["R3", "R4", "R5", "R7", "closed integrals"])
-def test_a_rule_saves_cells(name):
+@pytest.mark.parametrize(
+    ("name", "cutter"),
+    [
+        ("R3", "ball"),
+        ("R4", "ball"),
+        ("R5", "flat"),
+        ("R7", "ball"),
+        ("closed integrals", "ball"),
+        ("crossings", "ball"),
+    ],
+)
+def test_a_rule_saves_cells(name, cutter):
     """Not R8: it makes lists short."""
-    tool, _, _ = CUTTERS["ball"]()
+    tool, _, _ = CUTTERS[cutter]()
     way = program(np.random.default_rng(11), 10)
     _, cells_on = cut(tool, way, int(sides.ALL))
     _, cells_off = cut(tool, way, int(sides.ALL & ~RULES[name]))

@@ -24,7 +24,7 @@ TOP, SELF, FIRST = np.int64(0), np.int64(1), np.int64(2)
 CURVATURE, ABOVE, BELOW = np.int64(1), np.int64(2), np.int64(4)
 """Bits of rules R3; R4 and R5 by planes and chords. Each alone may be switched off, which widens brackets: tests do it."""
 
-COVER, FORGET, CLOSED = np.int64(8), np.int64(16), np.int64(32)
-"""R7, R8, closed integrals."""
+COVER, FORGET, CLOSED, CROSS = np.int64(8), np.int64(16), np.int64(32), np.int64(64)
+"""R7, R8, closed integrals, and those where surfaces cross."""
 
-ALL = np.int64(63)
+ALL = np.int64(127)

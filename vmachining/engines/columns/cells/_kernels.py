@@ -9,10 +9,13 @@ import numpy as np
 
 from vmachining.engines.columns.arcs._kernels import place
 from vmachining.engines.columns.closed._kernels import hides, less
+from vmachining.engines.columns.creases._kernels import crossed
+from vmachining.engines.columns.patches._kernels import rectangle
 from vmachining.engines.columns.polygons._kernels import cut_up
 from vmachining.engines.columns.roof._kernels import OUTSIDE, WHOLE, over_cell
 from vmachining.engines.columns.sides import (
     CLOSED,
+    CROSS,
     CURVATURE,
     DOWN,
     FIRST,
@@ -36,6 +39,11 @@ from vmachining.engines.columns.surface._kernels import (
     surface,
 )
 from vmachining.jit import leaf
+
+MANY, WIDE = (
+    np.int64(5),
+    0.15,
+)  # rows, and radii across, of a cell of balls up to which it is asked where surfaces cross
 
 
 @leaf
@@ -67,10 +75,30 @@ def _leaves(rows, k, R, ax, ay, bx, by):
 
 
 @leaf
+def _misses(rows, k, R, x, y, hx, hy):
+    """Whether a cell smaller than the cutter is nowhere nearer than R to the path: neither its corners nor, from both ends
+    of the path, its nearest points."""
+    L = rows[k, 5]
+    for e in range(2):
+        dx = max(abs(rows[k, 0] + e * L * rows[k, 3] - x) - hx, 0.0)
+        dy = max(abs(rows[k, 1] + e * L * rows[k, 4] - y) - hy, 0.0)
+        if dx * dx + dy * dy < R * R:
+            return False
+    return hx + hy < R and (
+        distance(rows, k, x - hx, y - hy) >= R
+        and distance(rows, k, x + hx, y - hy) >= R
+        and distance(rows, k, x - hx, y + hy) >= R
+        and distance(rows, k, x + hx, y + hy) >= R
+    )
+
+
+@leaf
 def border(head, rows, k, cin, cout, x, y, hx, hy, C, i):
     """Chord and outer tangent of the footprint in the cell: n.p <= c_in inside (for corners of the cell only), n.p >
     c_out outside. False if the footprint misses the cell."""
     R = head[cin, 1]
+    if _misses(rows, k, head[cout, 1], x, y, hx, hy):
+        return False
     inside, crossings = 0, 0
     px, py, qx, qy = 0.0, 0.0, 0.0, 0.0
     ax, ay = x + hx, y - hy
@@ -287,6 +315,7 @@ def bounds(
     for i in range(1, n):
         plain = plain and E[i, UP + 7] == SMOOTH and E[i, DOWN + 7] == SMOOTH
     known = known and E[best, DOWN + 7] == SMOOTH and edge == 0
+    rectangle(P, hx, hy)
     lo, hi = 0.0, np.inf
     share, least, most = -np.inf, -np.inf, np.inf
     firm = (
@@ -301,8 +330,22 @@ def bounds(
         )
         if exact:
             return lo, max(hi, lo), n - 2
+    below, over = -np.inf, np.inf
     if known and hi - lo > enough:
-        a, b = smooth(E, n, best, rules, hx, hy, share, least, most)
+        a, b, below, over = smooth(E, n, best, rules, hx, hy, share, least, most)
+        lo, hi = max(lo, a), min(hi, b)
+    if (
+        firm
+        and rules & CROSS != 0
+        and hi - lo > enough
+        and n <= MANY
+        and hx + hy < WIDE * head[int(lines[SELF, 7]), 1]
+        and head[int(lines[SELF, 7]), 2] == 1.0
+        and not (known and plain)
+        and E[best, UP + 7] == SMOOTH
+        and (best == TOP or above(E, TOP, DOWN, hx, hy, best, UP))
+    ):
+        a, b = crossed(head, part, lines, E, n, best, below, over, top, x, y, hx, hy, slack, P, W)
         lo, hi = max(lo, a), min(hi, b)
     if not (known and plain) and hi - lo > enough:
         a, b = cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, edge)

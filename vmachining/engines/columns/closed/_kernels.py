@@ -3,7 +3,7 @@
 import numpy as np
 
 from vmachining.engines.columns.arcs._kernels import same_arc
-from vmachining.engines.columns.patches._kernels import room
+from vmachining.engines.columns.patches._kernels import FOUR, RECT, room
 from vmachining.engines.columns.sides import COVER, DOWN, FIRST, OUT, ROUGH, SELF, SMOOTH, TOP, UP
 from vmachining.engines.columns.smooth._kernels import above, bends, positive
 from vmachining.engines.columns.surface._kernels import FROM, OF, TO, covers, height, local, poses, profile
@@ -30,7 +30,7 @@ def known_room(head, part, lines, E, i, top, x, y, hx, hy, P, W):
         return -np.inf, np.inf
     rim = lines[i, 2] + max(lines[i, 6] * lines[i, 5], 0.0) + profile(head, part, c, head[c, 1])[0]
     below = rim <= top or (E[i, UP + 7] == SMOOTH and above(E, TOP, DOWN, hx, hy, i, UP))
-    return room(head, part, c, lines, i, top, x, y, hx, hy, below, P, W)
+    return room(head, part, c, lines, i, top, x, y, hx, hy, below, P, RECT, FOUR, W)
 
 
 @inner
@@ -47,12 +47,15 @@ def starts_on(lines, i, k, slack):
 
 @leaf
 def both_lower(head, part, lines, i, k, x, y, hx, hy, slack):
-    """Bound of the integral of what sweeps i and k both lie below the pose where i ends and k begins; infinite if unknown.
+    """Bound of the integral of what sweeps i and k of one cutter both lie below the pose where i ends and k begins; infinite
+    if unknown.
 
     With the gradient g of that pose, k is lower where g u_k > m_k only, by (g u_k - m_k) times the way to its touching
     pose at most, and i where g u_i < m_i only.
     """
     c = int(lines[k, 7])
+    if lines[k, 8] != c or lines[i, 7] != c or lines[i, 8] != c:
+        return np.inf
     ex, ey = (
         lines[i, 0] + lines[i, 5] * lines[i, 3] - lines[k, 0],
         lines[i, 1] + lines[i, 5] * lines[i, 4] - lines[k, 1],
@@ -123,9 +126,6 @@ def pair(head, part, lift, rows, lines, rules, E, top, x, y, hx, hy, slack, gap,
     They share the pose P and, but for `both_lower`, nothing else: together they remove G_i + G_j - G_P.
     """
     i, j = FIRST, FIRST + 1
-    c = lines[i, 7]
-    if lines[j, 7] != c or lines[i, 8] != c or lines[j, 8] != c:
-        return 0.0, np.inf
     both = both_lower(head, part, lines, i, j, x, y, hx, hy, slack)
     if both == np.inf:
         i, j = j, i

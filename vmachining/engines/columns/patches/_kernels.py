@@ -7,6 +7,7 @@
 
 import numpy as np
 
+from vmachining.engines.columns.balls._kernels import ULPS, ball_room
 from vmachining.engines.columns.moments._kernels import around, beside, chi, edges
 from vmachining.engines.columns.surface._kernels import (
     ENDS,
@@ -24,8 +25,6 @@ from vmachining.engines.columns.surface._kernels import (
 )
 from vmachining.jit import inner, leaf
 
-ULPS = 64.0 * 2.220446049250313e-16  # rounding of one integral by its largest term: some forty operations
-FLAT = 1e-3  # an edge that is this nearly along the motion is bounded, see `cylinder`
 RECT, HERE, BEYOND, REST = np.int64(0), np.int64(2), np.int64(3), np.int64(4)  # polygons
 FOUR, NONE = np.int64(4), np.int64(0)
 STEPS = 4  # parts of a seam whose slopes are bounded each
@@ -50,88 +49,11 @@ def clip(P, src, n, dst, nx, ny, c):
 
 
 @leaf
-def _turn(x0, y0, x1, y1, way):
-    """Angle between two directions, with the sign of `way`."""
-    angle = abs(np.arctan2(x0 * y1 - x1 * y0, x0 * x1 + y0 * y1))
-    return angle if way > 0.0 else -angle
-
-
-@inner
-def half_ball(P, q, n, R, px, py):
-    """(integral of S, area) over the part of a polygon in the disc of a ball; (px, py) middle of the cell from its own.
-
-    Each edge with the middle of the ball makes a triangle, the difference of two right triangles with legs p and T.
-    """
-    volume, area = 0.0, 0.0
-    for i in range(n):
-        j = i + 1 if i + 1 < n else 0
-        ax, ay, bx, by = px + P[q, i, 0], py + P[q, i, 1], px + P[q, j, 0], py + P[q, j, 1]
-        ex, ey = bx - ax, by - ay
-        size = np.sqrt(ex * ex + ey * ey)
-        if size == 0.0:
-            continue
-        ex, ey = ex / size, ey / size
-        p, t, u = ax * ey - ay * ex, ax * ex + ay * ey, bx * ex + by * ey
-        sign, p = (1.0, p) if p > 0.0 else (-1.0, -p)
-        if p == 0.0:
-            continue
-        around = _turn(p, t, p, u, 1.0)
-        if p >= R:
-            volume += sign * R * R * R / 3.0 * around
-            area += sign * 0.5 * R * R * around
-            continue
-        half = np.sqrt(R * R - p * p)
-        v, w = np.sqrt(max(half * half - t * t, 0.0)), np.sqrt(max(half * half - u * u, 0.0))
-        volume += sign * (
-            p * (u * w - t * v) / 6.0
-            + p * (3.0 * R * R - p * p) / 6.0 * _turn(v, t, w, u, 1.0)
-            - R * R * R / 3.0 * (_turn(p * v, R * t, p * w, R * u, 1.0) - around)
-        )
-        c, d = min(max(t, -half), half), min(max(u, -half), half)
-        area += sign * 0.5 * p * (d - c)
-        if c != t:
-            area += sign * 0.5 * R * R * _turn(p, t, p, c, c - t)
-        if d != u:
-            area += sign * 0.5 * R * R * _turn(p, d, p, u, u - d)
-    return volume, area
-
-
-@leaf
-def _under_circle(R, x):
-    """Integral of sqrt(R^2 - x^2) from 0 to x, |x| <= R."""
-    return 0.5 * (x * np.sqrt(max(R * R - x * x, 0.0)) + R * R * np.arcsin(x / R))
-
-
-@inner
-def cylinder(P, q, n, R, ux, uy, eta):
-    """(integral of S, area, integral of xi, what the first may be off) over the part of a polygon in the strip |eta| <= R;
-    xi from the middle of the cell, whose own eta is given.
-
-    Green: the integral of xi g(eta) d eta along the edges.
-    """
-    volume, area, first, off = 0.0, 0.0, 0.0, 0.0
-    for i in range(n):
-        j = i + 1 if i + 1 < n else 0
-        ax, ay, bx, by = P[q, i, 0], P[q, i, 1], P[q, j, 0], P[q, j, 1]
-        xa, ya = ax * ux + ay * uy, eta + ay * ux - ax * uy
-        xb, yb = bx * ux + by * uy, eta + by * ux - bx * uy
-        if ya == yb or (ya >= R and yb >= R) or (ya <= -R and yb <= -R):
-            continue
-        slope = (xb - xa) / (yb - ya)
-        c, d = min(max(ya, -R), R), min(max(yb, -R), R)
-        xc, xd = xa + slope * (c - ya), xb + slope * (d - yb)
-        dy = d - c
-        area += 0.5 * (xc + xd) * dy
-        first += (xc * xc + xc * xd + xd * xd) * dy / 6.0
-        g = _under_circle(R, d) - _under_circle(R, c)
-        v, w = np.sqrt(max(R * R - c * c, 0.0)), np.sqrt(max(R * R - d * d, 0.0))
-        if abs(yb - ya) > FLAT * abs(xb - xa):
-            volume += (xc - slope * c) * g + slope * (v * v * v - w * w * w) / 3.0
-            off += ULPS * R * R * (abs(xc) + abs(slope) * R)
-        else:  # S differs from its mean by no more than its range: the quotient above would lose digits
-            volume += 0.5 * (xc + xd) * g
-            off += 0.5 * abs((xd - xc) * dy) * (abs(v - w) if c * d > 0.0 else R)
-    return volume, area, first, off
+def rectangle(P, hx, hy):
+    """The cell itself as a polygon."""
+    for v in range(4):
+        P[RECT, v, 0] = hx if v == 0 or v == 3 else -hx
+        P[RECT, v, 1] = hy if v < 2 else -hy
 
 
 @leaf
@@ -213,9 +135,9 @@ def seam(head, part, c, m, near, far):
 
 
 @inner
-def room(head, part, c, lines, i, top, x, y, hx, hy, below, P, W):
-    """(lo, hi) of the integral of max(0, top - f) over the part of a cell in the footprint of a sweep; infinitely wide
-    where that is not known. below: f is known to lie nowhere above the top.
+def room(head, part, c, lines, i, top, x, y, hx, hy, below, P, at, corners, W):
+    """(lo, hi) of the integral of max(0, top - f) over the part of a polygon of a cell in the footprint of a sweep;
+    infinitely wide where that is not known. below: f is known to lie nowhere above the top.
 
     Patches are divided along a chord of the curve where they meet, no farther from it than
     `sag`: on the wrong side of it their difference, which vanishes with its slope at the curve, is as if a second
@@ -227,21 +149,19 @@ def room(head, part, c, lines, i, top, x, y, hx, hy, below, P, W):
     deta = abs(uy) * hx + abs(ux) * hy
     poses(head, part, c, lines, i, x, y, hx, hy)
     first, last = lines[i, FROM], lines[i, TO]
-    ball = head[c, 2] == 1.0 and below
-    for v in range(4):
-        P[RECT, v, 0] = hx if v == 0 or v == 3 else -hx
-        P[RECT, v, 1] = hy if v < 2 else -hy
+    if head[c, 2] == 1.0 and below:
+        gap = top - (lines[i, 2] + head[c, 3])
+        return ball_room(lines, i, R, gap, first, last, hx, hy, xi, eta, P, at, corners, W)
     if L == 0.0 or last <= 0.0 or first >= L:
         s = L if last > 0.0 and L > 0.0 else 0.0
-        return _end_room(head, part, c, lines, i, s, top, x, y, ball, P, RECT, FOUR, W)
+        return _end_room(head, part, c, lines, i, s, top, x, y, P, at, corners, W)
     near, far = max(eta - deta, -R), min(eta + deta, R)
     if near >= far:
         return 0.0, 0.0
     mixed = first < 0.0 or last > L
     if m != 0.0 and not below:
         return -np.inf, np.inf
-    w = np.sqrt(1.0 + m * m)
-    low, high, q, n = 0.0, 0.0, RECT, FOUR
+    low, high, q, n = 0.0, 0.0, at, corners
     if mixed:
         nx, ny, offset, wrong = ux, uy, -xi, 0.0
         if m != 0.0:
@@ -255,31 +175,20 @@ def room(head, part, c, lines, i, top, x, y, hx, hy, below, P, W):
             if (first >= 0.0) if end == 0 else (last <= L):
                 continue
             way, s, rest = (1.0, 0.0, HERE) if end == 0 else (-1.0, L, REST)
-            corners = clip(P, q, n, BEYOND, way * nx, way * ny, way * (s + offset))
+            beyond = clip(P, q, n, BEYOND, way * nx, way * ny, way * (s + offset))
             n, q = clip(P, q, n, rest, -way * nx, -way * ny, -way * (s + offset)), rest
-            a, b = _end_room(head, part, c, lines, i, s, top, x, y, ball, P, BEYOND, corners, W)
+            a, b = _end_room(head, part, c, lines, i, s, top, x, y, P, BEYOND, beyond, W)
             low, high = low + a - wrong, high + b + wrong
     gap = top - (lines[i, 2] + m * xi)
-    if ball:
-        gap -= head[c, 3]
-        volume, area, along, off = cylinder(P, q, n, R, ux, uy, eta)
-        total = w * volume + gap * area - m * along
-        off = w * off + ULPS * R * (R + hx + hy) * (abs(gap) + abs(m) * (hx + hy))
-        return low + total - off, high + total + off
     side = max(abs(eta) - deta, 0.0)
     a, b = beside(head, part, c, m, P, q, n, ux, uy, eta, side, abs(eta) + deta, hx + hy, gap)
     return low + a, high + b
 
 
 @leaf
-def _end_room(head, part, c, lines, i, s, top, x, y, ball, P, q, n, W):
+def _end_room(head, part, c, lines, i, s, top, x, y, P, q, n, W):
     """The same of the end at s of the path, over a polygon."""
     px, py = x - lines[i, 0] - s * lines[i, 3], y - lines[i, 1] - s * lines[i, 4]
-    gap, R = top - (lines[i, 2] + lines[i, 6] * s), head[c, 1]
-    if ball:
-        gap -= head[c, 3]
-        volume, area = half_ball(P, q, n, R, px, py)
-        off = ULPS * R * R * (R + abs(gap))
-        return volume + gap * area - off, volume + gap * area + off
+    gap = top - (lines[i, 2] + lines[i, 6] * s)
     m, near, far = edges(P, q, n, px, py, W)
     return around(head, part, c, W, m, near, far, gap)

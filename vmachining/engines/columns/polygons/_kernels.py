@@ -8,6 +8,9 @@ from vmachining.engines.columns.smooth._kernels import above_zero
 from vmachining.engines.columns.surface._kernels import height, poses
 from vmachining.jit import leaf
 
+MANY = np.int64(6)  # rows of a cell above which one that is wider than COARSE radii is not cut up
+COARSE = 0.15
+
 RECT, CUT, HERE, BEYOND, ROUND = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(4)  # polygons
 FOUR, NONE = np.int64(4), np.int64(-1)
 
@@ -81,9 +84,6 @@ def under(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, q, corners
 @leaf
 def cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, rim):
     """(lo, hi) by polygons: the cell clipped at borders of footprints, and of a round stock whose row of C is rim."""
-    for v in range(4):
-        P[0, v, 0] = hx if v == 0 or v == 3 else -hx
-        P[0, v, 1] = hy if v < 2 else -hy
     q, corners = RECT, FOUR
     if E[1, DOWN + 7] == PART and C[1, 3] < np.inf:
         q, corners = CUT, clip(P, RECT, FOUR, CUT, C[1, 0], C[1, 1], C[1, 3])
@@ -91,6 +91,8 @@ def cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, rim):
         corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 3])
         q = ROUND
     hi = over(head, part, lines, rules, x, y, hx, hy, E, n, P, q, corners, NONE, W)
+    if n > MANY and hx + hy > COARSE * head[int(lines[SELF, 7]), 1]:  # it will be divided anyway
+        return 0.0, hi
     for j in range(2, n):
         if E[j, UP + 7] == PART and -np.inf < C[j, 2] < np.inf:
             a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 2])

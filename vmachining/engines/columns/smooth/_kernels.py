@@ -80,8 +80,8 @@ def above(E, j, b, hx, hy, i, a):
 
 @inner
 def smooth(E, n, best, rules, hx, hy, share, least, most):
-    """(lo, hi) where sweep k (row 1) and surface `best` are smooth on both sides; the integral of their difference is
-    known to lie between `least` and `most`."""
+    """(lo, hi, least, most) where sweep k (row 1) and surface `best` are smooth on both sides; the integral of their
+    difference is known to lie between `least` and `most`; returned is what is then known of its positive part."""
     area = 4.0 * hx * hy
     # from above: one surface alone, its mean exactly, plus what lies below sweep k
     v, gx, gy = E[best, UP] - E[1, DOWN], E[best, UP + 1] - E[1, DOWN + 1], E[best, UP + 2] - E[1, DOWN + 2]
@@ -93,6 +93,7 @@ def smooth(E, n, best, rules, hx, hy, share, least, most):
             min(hi, most) + beyond,
             positive(v + bends(E, best, UP, SELF, DOWN, hx, hy, 1.0), a, b, hx, hy, 1.0),
         )
+        below = hi
     else:  # k lies below it: what another one that k lies below takes of it is not there to be removed
         gain, over_top = 0.0, 0.0
         for j in range(n):
@@ -105,6 +106,7 @@ def smooth(E, n, best, rules, hx, hy, share, least, most):
                     over_top = w
                 else:
                     gain = max(gain, w)
+        below = min(hi, most)
         hi -= max(gain, over_top)
         if most < np.inf:  # the top is seen to in the closed integral, and is taken once
             hi = min(hi, most - gain if above(E, TOP, DOWN, hx, hy, best, UP) else most)
@@ -115,7 +117,7 @@ def smooth(E, n, best, rules, hx, hy, share, least, most):
         a, b = abs(E[best, UP + 1] - E[1, DOWN + 1]) * hx, abs(E[best, UP + 2] - E[1, DOWN + 2]) * hy
         w = E[1, DOWN] - E[best, UP] + bends(E, SELF, DOWN, best, UP, hx, hy, -1.0)
         lo += positive(w, a, b, hx, hy, -1.0)
-    lo = max(lo, share)
+    alone, lo = lo, max(lo, share)
     for j in range(n):
         if j == 1 or j == best:
             continue
@@ -129,7 +131,7 @@ def smooth(E, n, best, rules, hx, hy, share, least, most):
         )
     # or the least of linear functions, which is concave, at the corners
     if rules & BELOW == 0:
-        return max(lo, 0.0), hi
+        return max(lo, 0.0), hi, alone, below
     w00, w10, w01, w11 = np.inf, np.inf, np.inf, np.inf
     for j in range(n):
         if j == 1:
@@ -141,4 +143,4 @@ def smooth(E, n, best, rules, hx, hy, share, least, most):
     half = 0.5 * area
     lo = max(lo, above_zero(half, w00, w10, w11) + above_zero(half, w00, w01, w11))
     lo = max(lo, above_zero(half, w00, w10, w01) + above_zero(half, w10, w01, w11), 0.0)
-    return lo, hi
+    return lo, hi, alone, below

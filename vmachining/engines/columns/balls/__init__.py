@@ -1,0 +1,1 @@
+"""Closed integrals of balls over cells."""

@@ -1,0 +1,1 @@
+"""Integrals of what one sweep lies below another: where their surfaces cross."""
