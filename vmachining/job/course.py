@@ -375,5 +375,4 @@ class Course:
         own = name == "program"
         with self.spent.on("cut"):
             engine = self.cutting.run(name, given, counts, self.asked.part, self.asked.parts if own else None)
-        self.spent.workers_mb = self.cutting.peak_mb
         return engine

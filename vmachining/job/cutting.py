@@ -18,7 +18,7 @@ from vmachining.job.folder import WORKING, usable
 from vmachining.job.given import Given
 from vmachining.job.jobfile import Job
 from vmachining.job.parts import Noted, Part, Parts, Replayed
-from vmachining.job.record import Record
+from vmachining.job.record import Record, own_mb
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Stage
 from vmachining.job.stock import raw_engine
 from vmachining.job.summary import notes_of
@@ -40,7 +40,7 @@ class Cutting:
 
     options : of the run, with the engine; the processes that were used join them. workers : processes, None: as it pays.
     by_columns : whether columns take every motion. longest_s : s of the longest block of the mesh engine. raw : the raw
-    workpiece, if it is already made. peak_mb : of other processes. staff : those that are started ahead.
+    workpiece, if it is already made. staff : those that are started ahead.
     """
 
     job: Job
@@ -52,7 +52,6 @@ class Cutting:
     by_columns: bool = False
     longest_s: float = 0.0
     raw: Engine | None = None
-    peak_mb: float = 0.0
     staff: Staff = field(default_factory=Staff)
 
     @property
@@ -120,7 +119,7 @@ class Cutting:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
             if first < len(toolpath.blocks):
                 checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
-            self.peak_mb = max(self.peak_mb, hands.peak_mb())
+            self.record.spent.most_mb = max(self.record.spent.most_mb, own_mb() + hands.peak_mb())
             return hands.finish()
         except InputError as exc:
             if not is_full(exc):

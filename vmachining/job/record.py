@@ -29,7 +29,7 @@ class Record:
 
     def __init__(self, folder: Path, spent: Spent, progress: Progress) -> None:
         self.place = ResultFolder(folder)
-        self._spent, self._progress = spent, progress
+        self.spent, self._progress = spent, progress
 
     def open(
         self, job: Job, options: dict[str, Any], command: Sequence[str], subprograms: Sequence[str], *, resume: bool, force: bool
@@ -60,7 +60,7 @@ class Record:
             self.save()  # from here on the directory says that it is not complete
             return
         place.tidy()
-        self._spent.add(old["stage_seconds"])
+        self.spent.add(old["stage_seconds"])
         fresh["started"] = old.get("started", fresh["started"])
         fresh["files"] |= place.made() | dict.fromkeys(WORKING)  # these grow again
         fresh["checkpoints"] = points
@@ -90,7 +90,7 @@ class Record:
     def save(self) -> None:
         """Write the manifest with the time spent so far; nothing before it is opened."""
         if self.place.manifest:
-            spent = self._spent.summary()
+            spent = self.spent.summary()
             self.place.manifest |= {
                 "seconds": spent["seconds"],
                 "stage_seconds": spent["stage_seconds"],
@@ -123,12 +123,12 @@ of exact rays; the B-rep engine; tables, surface and report."""
 class Spent:
     """Wall time by stage. A stage within another one is not counted twice; nothing is counted outside of all.
 
-    seconds : {stage: s}, of earlier processes that worked on the same run, too. workers_mb : peak of other processes.
+    seconds : {stage: s}, of earlier processes that worked on the same run, too. most_mb : peak while others cut, with theirs.
     """
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
-        self.workers_mb = 0.0
+        self.most_mb = 0.0
         self._under_way: list[str] = []
         self._since = 0.0
 
@@ -158,13 +158,17 @@ class Spent:
         """Keys of summary.json, up to now."""
         self._count()
         order = {stage: self.seconds[stage] for stage in STAGES if stage in self.seconds}
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        own = peak / (1024.0 * 1024.0 if sys.platform == "darwin" else 1024.0)
         return {
             "seconds": sum(self.seconds.values()),
             "stage_seconds": order,
-            "peak_mb": own + self.workers_mb,
+            "peak_mb": max(own_mb(), self.most_mb),
         }
+
+
+def own_mb() -> float:
+    """Largest memory of this process so far."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024.0 * 1024.0 if sys.platform == "darwin" else 1024.0)
 
 
 def in_words(stage_seconds: Mapping[str, float]) -> str:

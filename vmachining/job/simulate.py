@@ -24,7 +24,9 @@ from vmachining.stock import StepStock, Stock
 from vmachining.tool import Profile
 
 CHECKPOINT_SECONDS = 120.0
-"""A kill that cannot be caught loses at most this much work."""
+"""A kill that cannot be caught loses this much work, or `SAVES_APART` times what a checkpoint takes: workers wait for it."""
+
+SAVES_APART = 30.0
 
 AT_ONCE = 256
 """Rows that are written together."""
@@ -102,7 +104,7 @@ class Stage:
     tools : by number.
     notes : {line: text} findings of the program to repeat beside the rows.
     contacts : checks rapids, shank and holder; None to skip them.
-    save_every : s between checkpoints.
+    save_every : s between checkpoints, at least.
     stock : raw; blocks near faces that triangles only represent are not proven. None: it is what the engine cuts.
     sample_counts : number of equal parts that a path of a length (mm) is measured in; None: whole blocks.
     """
@@ -138,7 +140,7 @@ class Stage:
             A kernel failed; rows so far are on disk.
         """
         total = len(self.toolpath.blocks)
-        last_save = time.monotonic()
+        last_save, every = time.monotonic(), self.save_every
         progress(self.name, first, total)
         ordered: deque[Ordered] = deque()
         told: list[Told] = []
@@ -162,12 +164,14 @@ class Stage:
                 if not stopped:
                     ordered.append(self._order(block))
                     answered(self.executor.ahead)
-                if stopped or time.monotonic() - last_save > self.save_every:
+                if stopped or time.monotonic() - last_save > every:
                     answered(0)
                     write()
                     rows.flush()
+                    begin = time.monotonic()
                     checkpoint(block.number + (not stopped))
                     last_save = time.monotonic()
+                    every = max(self.save_every, SAVES_APART * (last_save - begin))
                 if stopped:
                     raise Stopped(self.name, block.number, total)
             answered(0)
@@ -220,7 +224,8 @@ class Stage:
         blocks = self.toolpath.blocks[here]
         last = [moves[block.members[-1]] for block in blocks]
         tips, axes = ends([self.toolpath.paths[block.moves[-1]] for block in blocks])
-        length = self.toolpath.length.tolist()
+        at = blocks[0].members.start  # lengths of these alone: a program has a million
+        length = self.toolpath.length[at : blocks[-1].members.stop].tolist()
         volumes = np.array([one.removed[:3] for one in told])
         seconds = self.seconds[here]
         rate = np.divide(60.0 * volumes[:, 1], seconds, out=np.full(len(told), np.nan), where=seconds > 0.0)
@@ -229,7 +234,7 @@ class Stage:
             "block": [block.number for block in blocks],
             "text": [block.text or None for block in blocks],
             **dict(zip(("x_mm", "y_mm", "z_mm", "i", "j", "k"), (*tips.T, *axes.T), strict=True)),
-            "length_mm": [sum(length[k] for k in block.moves) for block in blocks],
+            "length_mm": [sum(length[k - at] for k in block.moves) for block in blocks],
             "feed_mm_min": self.feed[here],
             "time_s": seconds,
             **dict(zip(ENDS, volumes.T, strict=True)),

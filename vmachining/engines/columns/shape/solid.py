@@ -28,6 +28,18 @@ def solid_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of:
     at : heights, at or above the bottom, and who made them. lattice : see `lattice_of`. block_of : block of each sweep, the
     last one for none.
     """
+    mesh = _mesh_of(at, lattice, bottom, top, block_of)
+    points, triangles = _parted(np.concatenate(mesh.points), np.concatenate(mesh.triangles))
+    cell = float(min(np.median(np.diff(lines)) for lines in (lattice.xs, lattice.ys)))
+    points, triangles, kept = _tidied(points, triangles, cell)
+    used = unique(triangles.ravel(), len(points))
+    number = np.zeros(len(points), dtype=np.int64)
+    number[used] = np.arange(len(used))
+    return StockSurface(points[used], number[triangles], np.concatenate(mesh.blocks)[kept])
+
+
+def _mesh_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of: Ints) -> Mesh:
+    """Its points and triangles, some of them too many; what it takes to find them, a kB a cell, is free after that."""
     mesh, (i, j) = Mesh(), lattice.cells.T
     # rows of four lie column by column, which are quick to compare
     corner = np.stack([lattice.node(i + a, j + b) for a, b in RING]).T
@@ -112,13 +124,7 @@ def solid_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of:
     for s in (outer, under):
         _fans(mesh, lattice, sheets[1], s, False, bottom)
     _around(mesh, lattice, sheets, edges, sides)
-    points, triangles = _parted(np.concatenate(mesh.points), np.concatenate(mesh.triangles))
-    cell = float(min(np.median(np.diff(lines)) for lines in (lattice.xs, lattice.ys)))
-    points, triangles, kept = _tidied(points, triangles, cell)
-    used = unique(triangles.ravel(), len(points))
-    number = np.zeros(len(points), dtype=np.int64)
-    number[used] = np.arange(len(used))
-    return StockSurface(points[used], number[triangles], np.concatenate(mesh.blocks)[kept])
+    return mesh
 
 
 def _tidied(points: Floats, triangles: Ints, cell: float) -> tuple[Floats, Ints, Bools]:
