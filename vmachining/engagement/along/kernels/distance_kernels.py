@@ -296,7 +296,7 @@ def gap(num, kind, k, x, y, z, best):
 def lower(num, kind, k, x, y, z, m, who, c, n, out, far):
     """out[i] becomes the signed distance of point i to sweep k, m[i] the smaller of both, and who[i] c where it does.
 
-    far : distances are wanted up to this above m. n : points, best a multiple of `LANES`; see `gap`.
+    far : distances count up to this above m. n : points, best a multiple of `LANES`; see `gap`.
     """
     q = num[k]
     x0, y0, z0, dx, dy, dz = q[0], q[1], q[2], q[3], q[4], q[5]
