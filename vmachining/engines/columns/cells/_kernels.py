@@ -11,7 +11,7 @@ from vmachining.engines.columns.arcs._kernels import place
 from vmachining.engines.columns.closed._kernels import hides, less
 from vmachining.engines.columns.creases._kernels import crossed
 from vmachining.engines.columns.patches._kernels import rectangle
-from vmachining.engines.columns.polygons._kernels import cut_up
+from vmachining.engines.columns.polygons._kernels import COARSE, cut_up
 from vmachining.engines.columns.roof._kernels import OUTSIDE, WHOLE, over_cell
 from vmachining.engines.columns.sides import (
     CLOSED,
@@ -40,10 +40,9 @@ from vmachining.engines.columns.surface._kernels import (
 )
 from vmachining.jit import leaf
 
-MANY, WIDE = (
-    np.int64(5),
-    0.15,
-)  # rows, and radii across, of a cell of balls up to which it is asked where surfaces cross
+MANY = np.int64(
+    5
+)  # rows of a cell up to which balls are asked where surfaces cross, if it is not wider than COARSE
 
 
 @leaf
@@ -339,7 +338,7 @@ def bounds(
         and rules & CROSS != 0
         and hi - lo > enough
         and n <= MANY
-        and hx + hy < WIDE * head[int(lines[SELF, 7]), 1]
+        and hx + hy <= COARSE * head[int(lines[SELF, 7]), 1]
         and head[int(lines[SELF, 7]), 2] == 1.0
         and not (known and plain)
         and E[best, UP + 7] == SMOOTH

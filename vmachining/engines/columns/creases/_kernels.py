@@ -16,7 +16,7 @@ from vmachining.jit import leaf
 
 INSIDE, HERE, BEYOND = np.int64(1), np.int64(2), np.int64(3)  # polygons
 NONE = np.int64(-1)
-NEAR = 1e-2
+NEAR = 1e-2  # of an edge of the cell: the crossing is found so well
 OVER = np.int64(15)  # column of W: how far j lies over the plane at a corner
 
 

@@ -8,8 +8,8 @@ from vmachining.engines.columns.smooth._kernels import above_zero
 from vmachining.engines.columns.surface._kernels import height, poses
 from vmachining.jit import leaf
 
-MANY = np.int64(6)  # rows of a cell above which one that is wider than COARSE radii is not cut up
-COARSE = 0.15
+MANY = np.int64(6)  # rows of a coarse cell above which it is not cut up
+COARSE = 0.15  # radii: half sizes of a cell together, above which it is a whole tile and will be divided most often
 
 RECT, CUT, HERE, BEYOND, ROUND = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(4)  # polygons
 FOUR, NONE = np.int64(4), np.int64(-1)
@@ -91,7 +91,7 @@ def cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, rim):
         corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 3])
         q = ROUND
     hi = over(head, part, lines, rules, x, y, hx, hy, E, n, P, q, corners, NONE, W)
-    if n > MANY and hx + hy > COARSE * head[int(lines[SELF, 7]), 1]:  # it will be divided anyway
+    if n > MANY and hx + hy > COARSE * head[int(lines[SELF, 7]), 1]:
         return 0.0, hi
     for j in range(2, n):
         if E[j, UP + 7] == PART and -np.inf < C[j, 2] < np.inf:
