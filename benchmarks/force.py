@@ -26,7 +26,7 @@ from vmachining.feed import (
     plan_feeds,
 )
 from vmachining.force import Forces, bull_edge, edge_forces, shipped
-from vmachining.job import Job, Scene
+from vmachining.job import Job, Scene, engage
 from vmachining.job.engagement_columns import Watched, engagement_pass
 from vmachining.job.reading import read_job_program
 from vmachining.job.toolpath import Toolpath
@@ -84,7 +84,7 @@ def _schedules() -> Iterator[dict[str, Any]]:
     rng = np.random.default_rng(SEED)
     rows = FeedBlocks(
         np.arange(BLOCKS),
-        ["cut"] * BLOCKS,
+        np.array(["cut"] * BLOCKS),
         rng.uniform(1.0, 10.0, BLOCKS),
         np.full(BLOCKS, 800.0),
         np.ones(BLOCKS),
@@ -157,7 +157,8 @@ def engagement_columns() -> Iterator[dict[str, Any]]:
             )
             try:
                 begin = process_time()
-                true = scene.engage(
+                true = engage(
+                    scene,
                     one.block.number,
                     at=sample.at,
                     method="brep",

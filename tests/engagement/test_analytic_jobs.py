@@ -29,7 +29,7 @@ def test_a_slot_in_a_box_is_exact(tmp_path):
     """Walls of the box lie on the cells, so nothing is approximated."""
     scene = Scene.of(load(tmp_path))
     for at in (0.2, 0.5, 0.7):
-        exact, found = (scene.engage(SLOT, at=at, method=m, pitch=0.5) for m in ("dexel", "analytic"))
+        exact, found = (vm.engage(scene, SLOT, at=at, method=m, pitch=0.5) for m in ("dexel", "analytic"))
         assert found.arcs == pytest.approx(exact.arcs, abs=2e-9)
         assert found.lengths == pytest.approx(
             exact.lengths,
@@ -44,12 +44,12 @@ def test_a_slot_in_a_box_is_exact(tmp_path):
 def test_walls_of_earlier_cuts_are_within_half_a_cell(tmp_path, block, at):
     scene = Scene.of(load(tmp_path))
     pitch = 0.02
-    exact = scene.engage(block, at=at, bottom=True)
-    found = scene.engage(block, at=at, bottom=True, method="analytic", pitch=pitch)
+    exact = vm.engage(scene, block, at=at, bottom=True)
+    found = vm.engage(scene, block, at=at, bottom=True, method="analytic", pitch=pitch)
     # round walls of cells: an end of an arc moves by at most a diagonal of a cell over the slope of rim against wall
     assert abs(found.lengths - exact.lengths).mean() < 0.02 * exact.lengths.max()
     assert found.removal_per_mm == pytest.approx(exact.removal_per_mm, rel=0.02)
-    coarse = scene.engage(block, at=at, bottom=True, method="analytic", pitch=10 * pitch)
+    coarse = vm.engage(scene, block, at=at, bottom=True, method="analytic", pitch=10 * pitch)
     assert coarse.removal_per_mm == pytest.approx(exact.removal_per_mm, rel=0.2)
 
 

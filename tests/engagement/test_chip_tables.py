@@ -24,7 +24,7 @@ def test_dexel_brep_and_analytic_say_the_same_of_a_slot(tmp_path):
     """Flat D4, 1 mm deep, f 0.1: q = depth = axial = 1, h = f sin(phi)."""
     scene = Scene.of(vm.Job.load(write_job(tmp_path)))
     tables = [
-        chip_table(scene.engage(2, method=m, angles=24, phase=0.5), feed_per_tooth=0.1)
+        chip_table(vm.engage(scene, 2, method=m, angles=24, phase=0.5), feed_per_tooth=0.1)
         for m in ("dexel", "brep", "analytic")
     ]
     ahead = np.radians(tables[0]["phi_feed_deg"].to_numpy())
@@ -77,7 +77,7 @@ def test_a_path_is_numbered_and_may_do_without_a_normal():
 
 def test_a_plunge_has_no_direction_of_feed(tmp_path):
     scene = Scene.of(vm.Job.load(write_job(tmp_path)))
-    table = chip_table(scene.engage(5, at=0.95, bottom=True, angles=12), feed_per_tooth=0.05)
+    table = chip_table(vm.engage(scene, 5, at=0.95, bottom=True, angles=12), feed_per_tooth=0.05)
     assert table["phi_feed_deg"].null_count() == 12
     assert table["area_mm2"].to_numpy() == pytest.approx(np.full(12, 2 * 0.05), abs=1e-8)  # R f
     assert table["thickness_mm"].to_numpy() == pytest.approx(np.full(12, 0.05), abs=1e-9)

@@ -58,7 +58,7 @@ def test_every_method_of_engage_knows_levels(tmp_path, method, edge, bottom):
     scene = Scene.of(load(tmp_path, LEVELS))
     cuts = sorted({cut[0] for cut in scene.cuts})
     for number in cuts:
-        found = scene.engage(number, at=0.5, method=method, edge=edge, bottom=bottom, angles=180)
+        found = vm.engage(scene, number, at=0.5, method=method, edge=edge, bottom=bottom, angles=180)
         # a wound edge has its highest engaged point between two of 180 angles: 12 pi / 180 / tan(30) mm
         assert found.ap == pytest.approx(1.0, abs=1e-6 if edge == "straight" else 1e-3)
         assert found.ae == pytest.approx(12.0, abs=1e-3)
@@ -68,7 +68,7 @@ def test_every_method_of_engage_knows_levels(tmp_path, method, edge, bottom):
 def test_solids_know_levels(tmp_path):
     scene = Scene.of(load(tmp_path, LEVELS))
     last = max(cut[0] for cut in scene.cuts)
-    found = scene.engage(last, at=0.5, method="brep", angles=36)
+    found = vm.engage(scene, last, at=0.5, method="brep", angles=36)
     assert (found.ap, found.ae) == pytest.approx((1.0, 12.0), abs=1e-3)
 
 
@@ -81,4 +81,4 @@ def test_turns_of_a_helix_are_as_deep_as_each_takes(tmp_path):
     )  # the turn before is 2 mm higher exactly across the feed only
     scene = Scene.of(job)
     second = sorted({cut[0] for cut in scene.cuts})[1]
-    assert scene.engage(second, at=0.5, angles=72).ap == pytest.approx(2.0, abs=0.03)
+    assert vm.engage(scene, second, at=0.5, angles=72).ap == pytest.approx(2.0, abs=0.03)

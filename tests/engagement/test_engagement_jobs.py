@@ -31,15 +31,15 @@ def load(folder, **change):
 
 def test_a_slot_is_engaged_over_half_a_turn_once_the_tool_is_in(tmp_path):
     scene = Scene.of(load(tmp_path))
-    middle = scene.engage(SLOT)
+    middle = vm.engage(scene, SLOT)
     assert middle.stance.tip == pytest.approx([5, 4, -1]) and (middle.block, middle.line) == (SLOT, 7)
     assert middle.summary["arcs_feed_deg"] == [pytest.approx([0, 180], abs=1e-6)]
     assert (middle.ap, middle.ae) == pytest.approx((1.0, 4.0), abs=MM)
     # tip at x = -1: the rim R2 reaches x = 0 within acos(1 / 2) of straight ahead
-    entering = scene.engage(SLOT, at=3 / 18)
+    entering = vm.engage(scene, SLOT, at=3 / 18)
     assert entering.summary["arcs_feed_deg"] == [pytest.approx([30, 150], abs=1e-6)]
     assert entering.ae == pytest.approx(2 * sqrt(3), abs=MM)
-    assert scene.engage(SLOT, at=0.0).is_air and scene.engage(SLOT, at=1.0).is_air
+    assert vm.engage(scene, SLOT, at=0.0).is_air and vm.engage(scene, SLOT, at=1.0).is_air
     # the rate of removal is ap times ae; trapezia over 1 degree
     assert middle.removal_per_mm == pytest.approx(4.0, rel=1e-4)
 
@@ -48,22 +48,24 @@ def test_a_block_of_an_arc_and_its_neighbours(tmp_path):
     """Arc of radius 2 with a tool of radius 2, after a plunge: entry where the plunged hole ends."""
     job = load(tmp_path)
     scene = Scene.of(job)
-    start = scene.engage(ARC, at=0.0)  # the tool stands in the hole it has made
+    start = vm.engage(scene, ARC, at=0.0)  # the tool stands in the hole it has made
     assert start.summary["arcs_feed_deg"] == [pytest.approx([0, 180], abs=1e-3)]
-    late = scene.engage(ARC, at=0.9)
+    late = vm.engage(scene, ARC, at=0.9)
     assert 0 < np.ptp(late.arcs) <= pi + 1e-9
     told = set(late.table().drop_nulls("upper_by")["upper_by"])
     assert told == {"stock"}
-    line = scene.engage(LINE, at=0.5)
+    line = vm.engage(scene, LINE, at=0.5)
     assert line.ap == pytest.approx(0.5, abs=MM) and line.feed_angle == pytest.approx(-pi / 2)  # to -y
-    sunk = scene.engage(PLUNGE, bottom=True, at=1.0)
+    sunk = vm.engage(scene, PLUNGE, bottom=True, at=1.0)
     assert sunk.ap == pytest.approx(0.0, abs=MM) and sunk.removal_per_mm == pytest.approx(4 * pi, rel=1e-9)
-    assert scene.engage(PLUNGE, at=1.0).is_air and "bottom disc" in scene.engage(PLUNGE, at=1.0).notes[0]
+    assert (
+        vm.engage(scene, PLUNGE, at=1.0).is_air and "bottom disc" in vm.engage(scene, PLUNGE, at=1.0).notes[0]
+    )
 
 
 def test_solids_say_the_same(tmp_path):
     scene = Scene.of(load(tmp_path))
-    rays, solids = (scene.engage(ARC, at=0.4, method=m, angles=36) for m in ("dexel", "brep"))
+    rays, solids = (vm.engage(scene, ARC, at=0.4, method=m, angles=36) for m in ("dexel", "brep"))
     a, b = rays.table(), solids.table()
     assert a["phi_deg"].to_list() == b["phi_deg"].to_list()
     for name in ("lower_mm", "upper_mm", "length_mm", "ue_x_mm"):
@@ -83,7 +85,7 @@ def test_the_rate_along_a_block_adds_up_to_its_volume(tmp_path):
     total = 0.0
     for a, b in ((-2, 0), (0, 8), (8, 10)):
         tips = 0.5 * (a + b) + 0.5 * (b - a) * x
-        rates = [scene.engage(SLOT, at=(tip + 4) / 18).removal_per_mm for tip in tips]
+        rates = [vm.engage(scene, SLOT, at=(tip + 4) / 18).removal_per_mm for tip in tips]
         total += 0.5 * (b - a) * float(w @ rates)
     assert total == pytest.approx(40.0, rel=1e-3)
 
@@ -267,7 +269,7 @@ def test_the_rate_of_a_ball_on_a_half_cylinder_adds_up():
     """
     scene = Scene.of(vm.Job.load(MODELS / "half_cylinder" / "job.toml"))
     x, w = np.polynomial.legendre.leggauss(4)
-    found = [scene.engage(120, at=0.5 + 0.5 * node, angles=120) for node in x]
+    found = [vm.engage(scene, 120, at=0.5 + 0.5 * node, angles=120) for node in x]
     chord = 110 * np.sin(pi / 428)
     total = 0.5 * chord * float(w @ [one.removal_per_mm for one in found])
     assert total == pytest.approx(3.042724, rel=1e-3)

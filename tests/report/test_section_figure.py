@@ -9,7 +9,7 @@ import pytest
 from vmachining.cli.main import run as command
 from vmachining.errors import InputError
 from vmachining.job import Job
-from vmachining.job.engage import Scene
+from vmachining.job.engage import Scene, engage
 from vmachining.job.section import section_table
 from vmachining.report.paper import draw_section, load_section
 
@@ -49,7 +49,7 @@ def job(tmp_path_factory):
 def table(job):
     scene = Scene.of(Job.load(job))
     block = scene.cuts[0][0]
-    found = pl.concat([scene.engage(block, at=at, angles=72).table() for at in (0.4, 0.8)])
+    found = pl.concat([engage(scene, block, at=at, angles=72).table() for at in (0.4, 0.8)])
     with pytest.raises(InputError, match="nothing is engaged at this angle"):
         section_table(scene, found, 270.0)
     return section_table(scene, found, 90.0)

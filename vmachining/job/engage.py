@@ -55,7 +55,7 @@ LEAST_ANGLES, MOST_ANGLES = 4, 100_000
 
 
 def engage(
-    job: Job | Path | str,
+    job: Job | Path | str | Scene,
     block: int,
     *,
     at: float = 0.5,
@@ -71,6 +71,7 @@ def engage(
 
     Parameters
     ----------
+    job : or the file of one, or its `Scene`.
     block : number in the table of `run`, from 0.
     at : 0 to 1 of the length of its feed motions.
     method : "dexel": exact distances to stock and earlier sweeps, no kernel. "brep": curve of the edge against
@@ -93,11 +94,40 @@ def engage(
     EngineError
         OCCT failed or took too long.
     """
-    scene = Scene.of(Job.of(job))
-    return scene.engage(
-        block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom, seconds=seconds,
-        pitch=pitch,
-    )  # fmt: skip
+    scene = job if isinstance(job, Scene) else Scene.of(Job.of(job))
+    _check(at, method, angles, phase, edge, seconds, pitch)
+    index, t = scene.place(block, at)
+    _, number, path = scene.cuts[index]
+    tool = scene.job.tools[number]
+    helix = tool.helix_deg if edge == "helix" else 0.0
+    if helix is None:
+        remedy = "give helix_deg in its [[tools]] table, or a straight edge"
+        raise InputError(f"tool {number} has no helix angle", remedy=remedy)
+    cutting, stance = Edge(tool, helix_deg=helix, bottom=bottom), Stance.on(path, t)
+    own: list[Past] = []  # the first part of the block, where it can cover the front of the tool
+    if t > 0.0 and not (isinstance(path, Line) and tool.cutter.is_convex):
+        own = [Past(block, Sweep.along(tool.cutter, path if t == 1.0 else path.split([t])[0]))]
+    stock, notes = scene._stock(method)
+    phi = 2.0 * np.pi * (np.arange(angles) + phase) / angles
+    parts = facing_parts(cutting, stance, phi)
+    if method == "dexel" or scene.job.keys.stock.step is None:  # where the stock is known without OCCT
+        parts = RayWorkpiece(scene._stock("dexel")[0], []).holds(cutting, stance, phi, parts)
+    region = _region(cutting, stance, phi, parts)
+    # heights over cells cannot tell what the front of the tool only touches, which is what it has just cut
+    room = 2.0 * pitch - t * path.length if method == "analytic" else 0.0
+    past = scene._reaching(index, region, scene._without_ends(index, room))
+    # heights need every sweep above the region, not only those that end the edge
+    near = past if method == "analytic" else sweeps_near(cutting, stance, phi, parts, past)
+    if method == "analytic":
+        corner_of(tool.cutter)  # refuses other cutters before anything is computed
+        notes += (f"the workpiece is known by its heights over cells of {pitch:g} mm",)
+    if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
+        notes += ("the bottom disc leads too and may cut; the edge has it only when the bottom is asked for",)
+    with scene._workpiece(method, stock, near, seconds, pitch, region) as workpiece:
+        found = contact(cutting, stance, workpiece, own, angles=angles, phase=phase)
+    line = next(b.line for b in scene.blocks if b.number == block)
+    wall = pitch if method == "analytic" else 0.0
+    return Engagement(cutting, stance, found, method, at, block, line, notes, wall)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,56 +154,6 @@ class Scene:
             (block.number, move.tool, path) for block in blocks for move, path in toolpath.cuts(block)
         )
         return cls(job, program, blocks, cuts, {})
-
-    def engage(
-        self,
-        block: int,
-        *,
-        at: float = 0.5,
-        method: Method = "dexel",
-        angles: int = 360,
-        phase: float = 0.0,
-        edge: EdgeKind = "straight",
-        bottom: bool = False,
-        seconds: float = 120.0,
-        pitch: float = PITCH_MM,
-    ) -> Engagement:
-        """See `engage`."""
-        _check(at, method, angles, phase, edge, seconds, pitch)
-        index, t = self.place(block, at)
-        _, number, path = self.cuts[index]
-        tool = self.job.tools[number]
-        helix = tool.helix_deg if edge == "helix" else 0.0
-        if helix is None:
-            remedy = "give helix_deg in its [[tools]] table, or a straight edge"
-            raise InputError(f"tool {number} has no helix angle", remedy=remedy)
-        cutting, stance = Edge(tool, helix_deg=helix, bottom=bottom), Stance.on(path, t)
-        own: list[Past] = []  # the first part of the block, where it can cover the front of the tool
-        if t > 0.0 and not (isinstance(path, Line) and tool.cutter.is_convex):
-            own = [Past(block, Sweep.along(tool.cutter, path if t == 1.0 else path.split([t])[0]))]
-        stock, notes = self._stock(method)
-        phi = 2.0 * np.pi * (np.arange(angles) + phase) / angles
-        parts = facing_parts(cutting, stance, phi)
-        if method == "dexel" or self.job.keys.stock.step is None:  # where the stock is known without OCCT
-            parts = RayWorkpiece(self._stock("dexel")[0], []).holds(cutting, stance, phi, parts)
-        region = _region(cutting, stance, phi, parts)
-        # heights over cells cannot tell what the front of the tool only touches, which is what it has just cut
-        room = 2.0 * pitch - t * path.length if method == "analytic" else 0.0
-        past = self._reaching(index, region, self._without_ends(index, room))
-        # heights need every sweep above the region, not only those that end the edge
-        near = past if method == "analytic" else sweeps_near(cutting, stance, phi, parts, past)
-        if method == "analytic":
-            corner_of(tool.cutter)  # refuses other cutters before anything is computed
-            notes += (f"the workpiece is known by its heights over cells of {pitch:g} mm",)
-        if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
-            notes += (
-                "the bottom disc leads too and may cut; the edge has it only when the bottom is asked for",
-            )
-        with self._workpiece(method, stock, near, seconds, pitch, region) as workpiece:
-            found = contact(cutting, stance, workpiece, own, angles=angles, phase=phase)
-        line = next(b.line for b in self.blocks if b.number == block)
-        wall = pitch if method == "analytic" else 0.0
-        return Engagement(cutting, stance, found, method, at, block, line, notes, wall)
 
     def place(self, block: int, at: float) -> tuple[int, float]:
         """Position in `cuts`, and t in [0, 1] there. Raises InputError as `engage` does."""

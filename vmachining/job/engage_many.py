@@ -21,7 +21,7 @@ from vmachining.arrays import Floats
 from vmachining.engagement import Engagement, chip_points, chip_table
 from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job.brep import parse_blocks, refuse_beyond
-from vmachining.job.engage import Scene
+from vmachining.job.engage import Scene, engage
 from vmachining.job.files import atomic_path, write_table
 from vmachining.job.jobfile import Job
 from vmachining.job.simulate import Stopped
@@ -98,7 +98,7 @@ def engage_many(
     Writes `engagement.parquet` (a row per position, angle and interval, see `Engagement.table`) and `positions.csv` and
     `.parquet` (a row per position, see `POSITION_COLUMNS`) into `folder`, ordered as requested.
 
-    options : of `Scene.engage`: method, angles, phase, edge, bottom, seconds.
+    options : of `engage`: method, angles, phase, edge, bottom, seconds.
     workers : processes.
     chips : write `chips.parquet`, too: `chip_table` of all positions, with block, at, time_s, path_mm (of the tip, in feed
         motions of the program) and feed_per_tooth_mm; where that feed is not known, areas and thicknesses are per mm of it;
@@ -199,7 +199,7 @@ class _Desk:
         tables, rows, chips, points = [], [], [], []
         for position in errand:
             try:
-                found = self.scene.engage(position.block, at=position.at, **self.options)
+                found = engage(self.scene, position.block, at=position.at, **self.options)
             except (EngineError, SweepError) as error:  # of this position; the others have answers
                 line = self.scene.blocks[position.block].line
                 rows.append({"block": position.block, "line": line, "at": position.at, "note": str(error)})

@@ -17,7 +17,7 @@ from vmachining.errors import EngineError
 from vmachining.htmltable import facts_html, table_html
 from vmachining.interval import Interval
 from vmachining.job.brep import blank, refuse_beyond, write_step
-from vmachining.job.engage import EdgeKind, Method, Scene
+from vmachining.job.engage import EdgeKind, Method, Scene, engage
 from vmachining.job.files import STAGES, TABLES, Scratch, between, make_folder, read_table, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
@@ -131,7 +131,7 @@ class RunResult:
         """What the cutting edge touches at a fraction of a block; see `engage`, which has all options."""
         if self._scene is None:
             self._scene = Scene.of(self.job)
-        return self._scene.engage(block, at=at, method=method, angles=angles, edge=edge)
+        return engage(self._scene, block, at=at, method=method, angles=angles, edge=edge)
 
     def plot(self, kind: Kind = "load", *, over: Literal["time", "block"] | None = None) -> Figure:
         """A figure over the program, as a matplotlib figure; a notebook shows it.

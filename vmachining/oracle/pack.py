@@ -20,7 +20,7 @@ from typing import Any
 import polars as pl
 
 from vmachining.errors import EngineError, InputError, JobError, SweepError
-from vmachining.job import Job, RunResult, Scene, run
+from vmachining.job import Job, RunResult, Scene, engage, run
 from vmachining.job.brep import blank, write_step
 from vmachining.job.engage import Method
 from vmachining.job.files import (
@@ -198,7 +198,7 @@ def _engagement(result: RunResult, made: Path, count: int) -> dict[str, str]:
     scene, tables, refused = Scene.of(result.job), [], []
     for block in chosen:
         try:
-            found = scene.engage(block, at=0.5, method=method, angles=ANGLES, phase=0.5)
+            found = engage(scene, block, at=0.5, method=method, angles=ANGLES, phase=0.5)
         except (EngineError, SweepError) as exc:
             refused.append(f"block {block}: {exc}")
             continue
