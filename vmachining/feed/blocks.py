@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, TypeVar
@@ -64,43 +63,35 @@ class FeedBlocks:
     tool: Ints | None = None
     plunge: Bools | None = None
 
-    def __init__(
-        self,
-        line: ArrayLike,
-        kind: Sequence[str] | NDArray[np.str_],
-        length_mm: ArrayLike,
-        feed_mm_min: ArrayLike,
-        volume_mm3: ArrayLike,
-        volume_hi_mm3: ArrayLike | None = None,
-        cap_mm_min: ArrayLike | None = None,
-        tool: ArrayLike | None = None,
-        plunge: ArrayLike | None = None,
-    ) -> None:
-        lines = np.array(line, dtype=np.int64)
+    def __post_init__(self) -> None:
+        lines = np.array(self.line, dtype=np.int64)
         if lines.ndim != 1:
             raise FeedError(f"line: expected shape (n,), got {lines.shape}")
         n = len(lines)
-        kinds = _shaped([str(k) for k in kind], np.str_, n, "kind")
+        kinds = _shaped([str(k) for k in self.kind], np.str_, n, "kind")
         known = [str(k) for k in Kind]
         if (odd := ~np.isin(kinds, known)).any():
             raise FeedError(f"kind {str(kinds[odd][0])!r} is not one of {', '.join(known)}")
-        lengths = _column(length_mm, n, "length_mm", lines)
-        volumes = sure_volumes(volume_mm3, n, "volume_mm3", lines)
-        upper = None if volume_hi_mm3 is None else sure_volumes(volume_hi_mm3, n, "volume_hi_mm3", lines)
-        if upper is not None and (low := upper < volumes).any():
-            raise FeedError("volume_hi_mm3 is below volume_mm3", line=int(lines[low][0]))
-        feeds = _shaped(feed_mm_min, np.float64, n, "feed_mm_min")
+        lengths = _column(self.length_mm, n, "length_mm", lines)
+        volumes, upper = sure_volumes(self.volume_mm3, n, "volume_mm3", lines), self.volume_hi_mm3
+        if upper is not None:
+            upper = sure_volumes(upper, n, "volume_hi_mm3", lines)
+            if (low := upper < volumes).any():
+                raise FeedError("volume_hi_mm3 is below volume_mm3", line=int(lines[low][0]))
+        feeds = _shaped(self.feed_mm_min, np.float64, n, "feed_mm_min")
         cuts = (kinds == str(Kind.CUT)) & ~np.isnan(feeds)  # NaN means "none"
         _refuse(cuts & ~(np.isfinite(feeds) & (feeds > 0)), feeds, "feed_mm_min", "a positive number", lines)
-        caps = None if cap_mm_min is None else _shaped(cap_mm_min, np.float64, n, "cap_mm_min")
+        caps = None if self.cap_mm_min is None else _shaped(self.cap_mm_min, np.float64, n, "cap_mm_min")
         if caps is not None:
             _refuse(~(caps > 0), caps, "cap_mm_min", "a positive number", lines)
-        tools = None if tool is None else _shaped(tool, np.int64, n, "tool")
-        down = np.zeros(n, dtype=np.bool_) if plunge is None else _shaped(plunge, np.bool_, n, "plunge")
-        for name, value in (
-            ("line", lines), ("kind", kinds), ("length_mm", lengths), ("feed_mm_min", feeds),
-            ("volume_mm3", volumes), ("volume_hi_mm3", upper), ("cap_mm_min", caps), ("tool", tools), ("plunge", down),
-        ):  # fmt: skip
+        tools = None if self.tool is None else _shaped(self.tool, np.int64, n, "tool")
+        down = (
+            np.zeros(n, dtype=np.bool_)
+            if self.plunge is None
+            else _shaped(self.plunge, np.bool_, n, "plunge")
+        )
+        values = lines, kinds, lengths, feeds, volumes, upper, caps, tools, down
+        for name, value in zip(self.__slots__, values, strict=True):
             if value is not None:
                 value.setflags(write=False)
             object.__setattr__(self, name, value)

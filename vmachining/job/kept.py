@@ -62,7 +62,7 @@ def judged(
     owner, blocks = written.owners(original), written.toolpath.blocks
     feeds = np.array([written.toolpath.moves[block.moves[0]].feed_mm_min or np.nan for block in blocks])
     on = schedule.scheduled[owner] & (feeds > 0.0)
-    lines = [block.line for block in blocks]
+    lines = np.array([block.line for block in blocks])
     rows = planned.divided(owner, table, lines, np.where(on, feeds, np.nan))
     measured = feed.insert_blocks and feed.strategy == "volume" and feed.rule == "safe"
     known = strategies(feed.model_copy(update={"insert_blocks": measured}), rows, partial, stations)

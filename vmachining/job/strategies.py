@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -67,9 +67,7 @@ class Planned:
     infeasible: str | None = None
     references: pl.DataFrame | None = None
 
-    def divided(
-        self, owner: Ints, table: pl.DataFrame, line: Sequence[int] | Ints, feed: Floats
-    ) -> FeedBlocks:
+    def divided(self, owner: Ints, table: pl.DataFrame, line: Ints, feed: Floats) -> FeedBlocks:
         """The rows of a program made of this one. owner : (m,) its blocks here. table : lengths and volumes of them."""
         rows = self.rows
         return FeedBlocks(
@@ -121,9 +119,9 @@ def plan(
         tools, cuts = np.array([block.tool for block in blocks]), kinds == str(Kind.CUT)
         kinds = np.where(cuts & down & np.isin(tools, tools[cuts & ~down]), str(Kind.OTHER), kinds)
     rows = FeedBlocks(
-        line=[block.line for block in blocks], kind=kinds, length_mm=table["length_mm"].to_numpy(), feed_mm_min=feeds,
+        line=np.array([block.line for block in blocks]), kind=kinds, length_mm=table["length_mm"].to_numpy(), feed_mm_min=feeds,
         volume_mm3=table["removed_mm3"].to_numpy(), volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
-        cap_mm_min=largest, tool=[block.tool for block in blocks], plunge=down,
+        cap_mm_min=largest, tool=np.array([block.tool for block in blocks]), plunge=down,
     )  # fmt: skip
     limits = FeedLimits(min_mm_min=feed.min_mm_min, max_mm_min=feed.max_mm_min)
     known = strategies(feed, rows, partial, stations, every=every)

@@ -10,7 +10,8 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -104,45 +105,34 @@ class Machine:
     """
 
     name: str
-    axes: tuple[Axis, ...]
-    tip: Floats
-    tool: Floats
-    work: Floats
-    table: int
+    axes: Sequence[Axis]
+    tip: Floats = field(default_factory=partial(np.zeros, 3), kw_only=True)
+    tool: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]), kw_only=True)
+    work: Floats = field(default_factory=partial(np.eye, 4), kw_only=True)
+    table: int = field(default=0, kw_only=True)
 
-    def __init__(
-        self,
-        name: str,
-        axes: Sequence[Axis],
-        *,
-        tip: ArrayLike = (0.0, 0.0, 0.0),
-        tool: ArrayLike = (0.0, 0.0, 1.0),
-        work: ArrayLike | None = None,
-        table: int = 0,
-    ) -> None:
+    def __post_init__(self) -> None:
+        where = f"machine {self.name}"
         try:
-            point, k = rows(tip, 3, name="tip"), np.array(rows(tool, 3, name="tool"))
-            frame = rows(np.eye(4) if work is None else work, 4, 4, name="work")
+            point, k = rows(self.tip, 3, name="tip"), np.array(rows(self.tool, 3, name="tool"))
+            frame = rows(self.work, 4, 4, name="work")
         except ValueError as exc:
-            raise KinematicsError(f"machine {name}: {exc}") from exc
-        names = [axis.name for axis in axes]
+            raise KinematicsError(f"{where}: {exc}") from exc
+        names = self.names
         twice = next((n for n in names if names.count(n) > 1), None)
         if twice is not None or not names:
-            what = f"joint {twice} is given twice" if twice else "no joints"
-            raise KinematicsError(f"machine {name}: {what}")
-        if not 0 <= table <= len(names):
-            raise KinematicsError(f"machine {name}: {table} of {len(names)} joints on the table")
-        size = float(np.linalg.norm(k))
-        turn = frame[:3, :3]
+            raise KinematicsError(f"{where}: {f'joint {twice} is given twice' if twice else 'no joints'}")
+        if not 0 <= self.table <= len(names):
+            raise KinematicsError(f"{where}: {self.table} of {len(names)} joints on the table")
+        size, turn = float(np.linalg.norm(k)), frame[:3, :3]
         rigid = np.abs(turn @ turn.T - np.eye(3)).max() < 1e-9 and np.linalg.det(turn) > 0
         if size == 0.0 or not rigid or (frame[3] != (0, 0, 0, 1)).any():
             what = "tool has no direction" if size == 0.0 else "work is not a rotation and a translation"
-            raise KinematicsError(f"machine {name}: {what}")
+            raise KinematicsError(f"{where}: {what}")
         k /= size
         k.setflags(write=False)
-        values = name, tuple(axes), point, k, frame, table
-        for field, value in zip(self.__slots__, values, strict=True):
-            object.__setattr__(self, field, value)
+        for name, value in (("axes", tuple(self.axes)), ("tip", point), ("tool", k), ("work", frame)):
+            object.__setattr__(self, name, value)
 
     # ---- what it is ------------------------------------------------------------------------------------
 
