@@ -31,6 +31,7 @@
 | `nc_fuzz` | damaged programs: only declared errors, no hang, no word skipped in silence |
 | `posts` | programs of CAM posts in the folders of VMACHINING_POSTS: read clean, named by one finding, causes |
 | `rays` | microseconds per ray of exact sweeps, three and five axes; the tilting capsule against its closed form |
+| `run` | whole runs of 2,000 blocks in one process and in two: stages, memory; one manifold3d solid in the same run; `--blocks` |
 | `sweep5` | five-axis meshes against reference volumes: error, bracket, time; time of finishing blocks |
 | `sweep-gauntlet` | 1,000 random and hard sweeps: solids, STEP, bracket, exact volume, rays, membership; by family and seed |
 | `thin_chips` | width of the brackets of 1 mm finishing blocks, at two chords |
@@ -88,6 +89,7 @@ CASES = {
     "nc_fuzz": "nc",
     "posts": "posts",
     "rays": "rays",
+    "run": "run",
     "sweep5": "sweep5",
     "sweep-gauntlet": "gauntlet",
     "thin_chips": "half_cylinder",
@@ -101,7 +103,7 @@ CASES = {
 }
 """File of each case; a case loads only what it measures."""
 
-SIZED = ("columns-long", "columns", "columns-solid")
+SIZED = ("columns-long", "columns", "columns-solid", "run")
 """Cases that take `blocks`."""
 
 SEEDED = ("columns-counts", "columns5-counts", "columns-plates", "sweep-gauntlet")
@@ -138,6 +140,7 @@ TAKES = {
     "nc_fuzz": "2 min",
     "posts": "10 s",
     "rays": "20 s",
+    "run": "2 min",
     "sweep5": "3 min",
     "sweep-gauntlet": "1 h",
     "thin_chips": "75 s",

@@ -9,19 +9,17 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from manifold3d import Manifold
 
 import vmachining as vm
 from vmachining.arrays import Floats
 from vmachining.engines.columns import ColumnsEngine, FlatStock
 from vmachining.engines.mesh import MeshEngine
-from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import manifold
-from vmachining.engines.mesh.straight import facets
 from vmachining.engines.protocol import Options, Removal
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
+
+from ._solid import solid_blocks
 
 __all__ = ["columns", "columns_solid"]
 
@@ -139,17 +137,9 @@ def columns_solid(blocks: int = 2000) -> Iterator[dict[str, Any]]:
     for sweep in sweeps[:2]:
         first.cut(sweep)
     seconds, found = _timed(ColumnsEngine(stock, 0.01, FLOOR_MM3), sweeps)
-    low, high = np.array(stock.low), np.array(stock.high)
-    body = facets(sweeps[0].profile, CHORD_MM, Side.FAIR).parts[0].body
-    cutter = manifold(body.points, body.triangles)
-    solid = Manifold.cube((high - low).tolist()).translate(low.tolist())
-    volume, beside, beyond = float(solid.volume()), [], []
-    for (a, b), r in zip(pairwise(points), found, strict=True):
-        begin = time.process_time()
-        solid = solid - Manifold.batch_hull([cutter.translate(a), cutter.translate(b)])
-        after = float(solid.volume())
-        beside.append(time.process_time() - begin)
-        taken, volume = volume - after, after
+    beside, beyond = [], []
+    for (taken, spent), r in zip(solid_blocks(tool, stock, points), found, strict=True):
+        beside.append(spent)
         if r.estimate > FLOOR_MM3:
             beyond.append(max(r.lo - taken, taken - r.hi, 0.0) / r.estimate)
     yield {
