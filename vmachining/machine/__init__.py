@@ -7,7 +7,7 @@ slides and joints allow, `drive` is how fast a path is driven within them. `Inte
 
 Joints are mm and rad in the order of the chain, home is every joint zero, the tool axis points from the tip to the spindle.
 
-Imports `geometry` and the shared shelf; knows no program and no engine. Equations (1) to (7), files, conventions,
+Imports `geometry` and the shared shelf; knows no program and no engine. Equations (1) to (7), conventions,
 sources, departures and limits: docs/kinematics.md.
 """
 

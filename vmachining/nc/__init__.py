@@ -7,7 +7,7 @@ block is left out as a whole. `lex_line` and `split_lines` are the words of a li
 
 Grammar and order of execution are those of RS274/NGC (NISTIR 6556, 2000), and LinuxCNC 2.9 where that is silent.
 
-Imports `geometry` and the shared shelf; knows G-codes, no kernels and no machine. How a program is read, files,
+Imports `geometry` and the shared shelf; knows G-codes, no kernels and no machine. How a program is read,
 departures from LinuxCNC and limits: docs/reading_programs.md.
 """
 

@@ -8,7 +8,7 @@ too, between two `Pose`s. It knows its box, whether points are inside, how far a
 
 A point x is in the sweep of a translation along p when x - p(t) is in the cutter for some t; all else follows from that.
 
-Imports `tool`, `geometry` and `numerics`; every engine imports it. Methods, files, sources, departures and
+Imports `tool`, `geometry` and `numerics`; every engine imports it. Methods, sources, departures and
 limits: docs/sweeps.md.
 """
 
