@@ -13,7 +13,7 @@ import pytest
 
 from vmachining.cli.jobs import draft_again
 from vmachining.cli.main import run as command
-from vmachining.errors import InputError
+from vmachining.errors import InputError, NCError
 from vmachining.job import Job, draft_job, run
 from vmachining.job.asked import made_with
 from vmachining.nc.toolcomments import cutter_notes
@@ -351,3 +351,44 @@ def test_a_linuxcnc_table_is_in_the_unit_of_the_program_and_its_comments_tell_sh
     draft = draft_job(tmp_path / "part.nc", tmp_path, library=tmp_path / "shop.tbl")
     assert 'type = "ball"' in draft.text and "diameter_mm = 6.35" in draft.text
     assert any("diameter_mm" in guess and "no unit" in guess for guess in draft.guesses)
+
+
+IDLE_TOOLS = [  # a probe or a tool at the end that cuts nothing, in three languages
+    ("a.nc", "%\nO1\nG21 G90 G54\nT9 M6\nG43 H9 Z50.\n"
+             "T1 M6\nS1 M3\nG0 X0 Y0\nG43 H1 Z5.\nT7\nG1 Z-2. F9\nX30.\nG0 Z50.\nM30\n%\n"),
+    ("a.h", "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S1\n2 L X+0 Y+0 R0 FMAX M3\n3 L Z-2 F9\n4 L X+30\n5 L Z+50 FMAX\n"
+            "6 TOOL CALL 9 Z\n7 L Z+60 FMAX\n8 M30\n9 END PGM A MM\n"),
+    ("a.mpf", "G17 G71 G90 G54\nT1 M6\nS1 M3\nG0 X0 Y0\nZ5\nG1 Z-2 F9\nX30\nG0 Z50\nT9\nM6\nM30\n"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "text"), IDLE_TOOLS)
+def test_tools_that_cut_nothing_need_no_table(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    (tmp_path / "a.toml").write_text(draft_job(tmp_path / name, tmp_path, tools=("1=flat:10",)).text)
+    summary = run(Job.load(tmp_path / "a.toml"), stages=("cut",)).summary
+    assert summary["removed_lo_mm3"] <= 2 * (10 * 30 + 25 * pi) <= summary["removed_hi_mm3"]
+    cuts = (
+        text.replace("T7\n", "T9 M6\n")
+        .replace("L Z-2", "TOOL CALL 9 Z S1\n33 L Z-2")
+        .replace("Z5\n", "Z5\nT9\nM6\n")
+    )
+    (tmp_path / name).write_text(cuts)
+    with pytest.raises(NCError, match=r"E321|tool 9"):
+        run(Job.load(tmp_path / "a.toml"), stages=("cut",))
+
+
+def test_arcs_beside_an_unknown_radius_are_no_errors_of_a_draft(tmp_path):
+    text = "G21 G90 G54\nT2 M6\nS1 M3\nG0 X8 Y-74\nZ-2\nG1 G41 X12. Y-70. D2 F9\nG3 X0. Y-58. I-12.\nG1 X-65\nG40 Y-80\nM30\n"
+    (tmp_path / "a.nc").write_text(text)
+    draft = draft_job(tmp_path / "a.nc", tmp_path)
+    assert draft.ask == ("--tool 2=TYPE:DIAMETER",) and not draft.errors
+
+
+def test_feed_motions_from_a_guessed_home_tell_nothing_of_the_stock(tmp_path):
+    (tmp_path / "a.nc").write_text(
+        "G21 G17 G90 G54\nT1 M6\nS1 M3\nG1 X5. Y5. F3000\nZ10.\nZ3. F200\nX40.\nM30\n"
+    )
+    text = draft_job(tmp_path / "a.nc", tmp_path, tools=("1=flat:10",)).text
+    assert tomllib.loads(text)["stock"]["box"] == {"min": [-2, -2, 1], "max": [47, 12, 5]}
+    assert "length_mm = 50 " in text

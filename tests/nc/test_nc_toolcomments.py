@@ -10,6 +10,7 @@ SAID = [  # comment, unit in mm; kind, diameter, corner, angle
     ("(T1 D=10. CR=0. - ZMIN=-5. - flat end mill)", 1.0, ("flat", 10.0, 0.0, None)),
     ("(T1  D=8. CR=4. - ZMIN=-12.3 - ball end mill)", 1.0, ("ball", 8.0, 4.0, None)),
     ("(T1 D=12. CR=1.5 - ZMIN=-3 - bullnose end mill)", 1.0, ("bull", 12.0, 1.5, None)),
+    (";  #1 D=10 CR=5 - ZMIN=-20 - ZMAX=+30 - ball end mill", 1.0, ("ball", 10.0, 5.0, None)),
     ("(T1 D=0.25 CR=0. - ZMIN=-0.2 - flat end mill)", 25.4, ("flat", 6.35, 0.0, None)),
     ("(T1 D=6.8 CR=0. TAPER=118deg - ZMIN=-20. - drill)", 1.0, ("drill", 6.8, 0.0, 118.0)),
     ("(T1 D=10 CR=0. TAPER=45deg - chamfer mill)", 1.0, ("chamfer", 10.0, 0.0, 45.0)),

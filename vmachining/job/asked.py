@@ -192,8 +192,8 @@ def read_with_tools(
     if again.declared.unit == "" and best.declared.unit:
         given["units"] = best.declared.unit
         again = parse_program(data, str(path), **given)
-    if _wrong(again) < len(again.errors) and all(move.motion in IDLE for move in again.moves):
-        # all that cuts is beside a radius that nobody tells: what follows is drafted about the contour
+    if _wrong(again) < len(again.errors):
+        # beside a radius that nobody tells: what is drafted is about the contour, whose arcs fit
         given["tools"] = {
             k: tool._replace(diameter_mm=CONTOUR_MM) if math.isnan(tool.diameter_mm) else tool
             for k, tool in table.items()

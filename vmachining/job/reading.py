@@ -139,4 +139,7 @@ def refuse_unknown_tools(program: Program, tools: Container[int], known: str) ->
         if move.motion not in IDLE and move.tool not in tools:
             what = f"cuts with tool {move.tool}, which is not in the tool table (it has {known})"
             remedy = f"add a [[tools]] table with number = {move.tool}, or correct the T word"
+            if not move.tool:  # the one that the spindle holds when the program starts
+                what = f"cuts before any tool is called; the tool table has {known}"
+                remedy = "call the tool that is in the spindle before this line, such as T1 M6"
             raise NCError(what, file=program.name, line=move.line, remedy=remedy)

@@ -165,6 +165,10 @@ class _Writer:
             self.errors.append(str(exc))
         self.program, self.said_unit = program, bool(unit)
         self.cutting = [move for move in program.moves if move.motion not in IDLE]
+        # home is a guess, and so is a start there: of a feed motion from that height only the end counts
+        home = program.moves[0].start[2]
+        falls = (m._replace(start=m.end) if m.start[2] >= home > m.end[2] else m for m in self.cutting)
+        self.below = [m for m in falls if m.end[2] < home] or self.cutting
         self.tools = list(dict.fromkeys(move.tool or 1 for move in self.cutting))
         bare = next((move for move in self.cutting if not move.tool), None)
         if bare is not None and len(self.tools) > 1:
@@ -253,13 +257,14 @@ class _Writer:
 
     def extent(self) -> tuple[Floats, Floats]:
         """(3,) lowest and highest place of the tool tip in feed motions, mm."""
-        plain = [m.center is None and m.rotary_deg is None and m.axis_end is None for m in self.cutting]
+        below = self.below
+        plain = [m.center is None and m.rotary_deg is None and m.axis_end is None for m in below]
         points: list[Floats] = []
         if any(plain):
-            straight = [(m.start, m.end) for m, on in zip(self.cutting, plain, strict=True) if on]
+            straight = [(m.start, m.end) for m, on in zip(below, plain, strict=True) if on]
             ends = np.array(straight, dtype=np.float64).reshape(-1, 3)
             points += [ends.min(axis=0), ends.max(axis=0)]
-        for move in (m for m, on in zip(self.cutting, plain, strict=True) if not on):
+        for move in (m for m, on in zip(below, plain, strict=True) if not on):
             try:
                 path = move_path(move, self.machine)
             except (NCError, KinematicsError, SweepError) as exc:
@@ -312,12 +317,13 @@ class _Writer:
         # G92, G54
         zero = first_cut.end[2] - first_cut.end_program[2] if first_cut.rotation_deg == 0.0 else 0.0
         tilted = any(m.axis_end is not None and m.axis_end != (0.0, 0.0, 1.0) for m in self.cutting)
-        if self.letters or tilted or self.program.dialect == "poses":
+        turned = any(any(m.rotary_deg.values()) for m in self.cutting if m.rotary_deg)
+        if turned or tilted or self.program.dialect == "poses":
             above[2] += ALLOWANCE_MM
         elif low[2] < zero:
             above[2], why = zero, f"{why}, with its top at zero"
         else:
-            side = [m for m in self.cutting if m.start[:2] != m.end[:2] or m.center is not None]
+            side = [m for m in self.below if m.start[:2] != m.end[:2] or m.center is not None]
             above[2] = max((max(m.start[2], m.end[2]) for m in side), default=float(high[2]))
             why = f"{why}, with its top at the highest cut"
             if above[2] <= low[2]:  # one level: a face, whose allowance nobody tells

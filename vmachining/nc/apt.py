@@ -35,6 +35,7 @@ from vmachining.nc.apt_motions import (
     parse_record,
     records,
 )
+from vmachining.nc.findings import NO_TOOL
 from vmachining.nc.frames import UP, cross, dot
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Declared, Motion, Point, Reading, RecordError, add, subtract
@@ -190,7 +191,7 @@ class _Apt(AptMotions):
             raise RecordError("E322", f"{record.word} needs a whole number from zero up")
         number, tools = int(record.numbers[0]), self.settings.tools
         if number > 0 and tools is not None and number not in tools:
-            raise RecordError("E321", f"tool {number} is not in the tool table")
+            self.note("E321", record.line, NO_TOOL.format(number))
         self.tool = number
 
     _do_toolno = _do_loadtl

@@ -22,7 +22,7 @@ from vmachining.nc.blocks import Reader
 from vmachining.nc.conventions import arcs_open, closing, lengths, names_unit, quill, times, unit_of, worn
 from vmachining.nc.fanuc_lines import as_lathe, folded, is_lathe, swapped, without_header
 from vmachining.nc.files import MAX_BYTES, Foreign, decode_program, never_a_program, recognised
-from vmachining.nc.findings import check_moves, finding
+from vmachining.nc.findings import check_moves, finding, spared
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Finding, Program
 from vmachining.nc.model import Reading as Reading
@@ -417,7 +417,7 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
         found.append(finding("I212", 1, None, what))
     if units and not declared.unit:
         declared = declared._replace(unit=units, inferred=True)
-    found += more
+    found += spared(more, moves)
     found += check_moves(moves, settings.stock_top_mm, settings.travel_mm, settings.blu_mm)
     findings: tuple[Finding, ...] = tuple(sorted(found, key=lambda f: (f.line, f.col, f.code)))
     return Program(name, data, dialect, tuple(moves), findings, ended, files, declared)

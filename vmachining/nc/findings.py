@@ -56,6 +56,22 @@ def finding(
     return Finding(line, col, len(word), n, word, code, code[0], message, hint or CATALOGUE[code].hint)
 
 
+NO_TOOL: Final = "tool {} is not in the tool table"
+_NO_TOOL: Final = re.compile(NO_TOOL.format("([0-9]+)"))
+
+
+def spared(found: Sequence[Finding], moves: Sequence[Move]) -> list[Finding]:
+    """A tool that the table lacks is an error where it cuts: probes, and tools that only wait for their change, need no entry."""
+    if not any(item.code == "E321" for item in found):
+        return list(found)
+    cut = {str(move.tool) for move in moves if move.motion not in (Motion.RAPID, Motion.DWELL)}
+    idle = [(hit := _NO_TOOL.match(item.message)) is not None and hit[1] not in cut for item in found]
+    return [
+        item._replace(code="W321", severity="W", message=f"{item.message}, and cuts nothing", hint=CATALOGUE["W321"].hint)
+        if item.code == "E321" and spare else item for item, spare in zip(found, idle, strict=True)
+    ]  # fmt: skip
+
+
 def check_moves(
     moves: Sequence[Move],
     stock_top_mm: float | None,

@@ -9,6 +9,7 @@ import math
 from typing import Final
 
 from vmachining.nc.block import spell
+from vmachining.nc.findings import NO_TOOL
 from vmachining.nc.frames import UP, dot
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Point, add, put, subtract
@@ -46,13 +47,15 @@ def tool_length(run: Run, code: int, word: Word) -> None:
 
 
 def tool_number(run: Run, letter: str, value: float) -> int:
-    """A whole number from zero up that the tool table knows, or E321, E322."""
+    """A whole number from zero up that the tool table knows, or E321, E322; a tool that it lacks may move, see `spared`."""
     word = run.block.word(letter)
     number = round(value)
     if value < 0.0 or abs(value - number) > 1e-4:
         raise run.fail("E322", word, f"{letter}{value:g} is not a whole number from zero up")
     if number > 0 and run.settings.tools is not None and number not in run.state.table:
-        raise run.fail("E321", word, f"tool {number} is not in the tool table")
+        if letter not in "TQ" and number != run.state.tool:
+            raise run.fail("E321", word, f"{word.text if word else letter}: {NO_TOOL.format(number)}")
+        run.warn("E321", word, NO_TOOL.format(number))
     return number
 
 

@@ -20,6 +20,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from vmachining.nc.compensation import JOINED_MM, Compensation
+from vmachining.nc.findings import NO_TOOL
 from vmachining.nc.frames import UP, Frame, arc_length, check_center, is_rounded
 from vmachining.nc.model import ASSUMED_RPM, ArcError, Motion, Move, PenError, Point, put
 from vmachining.nc.offset_curves import Pair, joined, segment, tangents
@@ -124,7 +125,7 @@ class Pen(Placing):
             raise PenError("E359", "the tool cannot change while cutter compensation is on")
         table = self.settings.tools
         if number > 0 and table is not None and number not in table:
-            raise PenError("E321", f"tool {number} is not in the tool table")
+            self.note("E321", NO_TOOL.format(number))
         self.flush()
         self.tool = number
         self.called.add(number)

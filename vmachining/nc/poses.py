@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Final, NamedTuple
 
-from vmachining.nc.findings import finding
+from vmachining.nc.findings import NO_TOOL, finding
 from vmachining.nc.frames import dot
 from vmachining.nc.lexer import MAX_VALUE, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point, Reading
@@ -152,7 +152,7 @@ def _row(
     if number < 0 or (tool is not None and tool != number):
         raise _RowError("E322", f"tool {tool:g} is not a whole number from zero up")
     if number > 0 and settings.tools is not None and number not in settings.tools:
-        raise _RowError("E321", f"tool {number} is not in the tool table")
+        found.append(finding("E321", line, None, NO_TOOL.format(number)))
     axis, rotary = None, None
     if "i" in values:
         axis, off = unit_axis((values["i"], values["j"], values["k"]))

@@ -1,6 +1,6 @@
 """What comments of a program say of its tools, as post-processors print them.
 
-    (T1 D=10. CR=0. - ZMIN=-5. - flat end mill)                    Fusion, HSM; TAPER=118deg of drills and chamfers
+    (T1 D=10. CR=0. - ZMIN=-5. - flat end mill)   ; #1 D=10 CR=0 - flat end mill     Fusion, HSM; TAPER=118deg
     (TOOL/MILL,3.175,0,0,0) CutViewer, MeshCAM, Carbide Create     ;tool_radius = 0.5  PyCAM     ( T0 : 1.0 ) CamBam
     ( T1 | 10. FLAT ENDMILL | H1 | D1 | TOOL DIA. - 10. )          Mastercam
     (TOOL - 3 DIA. OFF. - 3 LEN. - 3 TOOL DIA. - .5)               Mastercam, older
@@ -38,7 +38,8 @@ NEAR: Final = 3
 
 _COMMENT: Final = re.compile(r"\(([^()]*)\)|;(.*)")
 _NAMED: Final = re.compile(
-    r"(?:\bTOOL\s*(?:NUMBER|NO\.?|NR\.?|#)?\s*[-:=#]?\s*T?|\bT)\s*0*(\d{1,5})(?![\d./])", re.IGNORECASE
+    r"(?:\bTOOL\s*(?:NUMBER|NO\.?|NR\.?|#)?\s*[-:=#]?\s*T?|\bT|^#(?=\d+\s+D\s*=))\s*0*(\d{1,5})(?![\d./])",
+    re.IGNORECASE,
 )
 _CALL: Final = re.compile(r"(?<![A-Za-z])[Tt][ \t]*0*(\d{1,5})(?![\d.])")
 _CHANGE: Final = re.compile(
