@@ -1,8 +1,10 @@
-"""Memory that is still to be had."""
+"""Memory that is still to be had, and what a process has taken."""
 
 from __future__ import annotations
 
 import os
+import resource
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -20,3 +22,13 @@ def available_bytes() -> int:
         used = int(Path("/sys/fs/cgroup/memory.current").read_text(encoding="ascii"))
         known.append(max(0, limit - used))
     return min(known, default=1 << 32)
+
+
+def peak_mb() -> float:
+    """Largest memory of this process so far. `getrusage` alone would count what its parent had when it was started."""
+    try:
+        status = Path("/proc/self/status").read_text()
+        return float(status.split("VmHWM:")[1].split()[0]) / 1024.0
+    except (OSError, IndexError, ValueError):
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        return peak / (1024.0 * 1024.0 if sys.platform == "darwin" else 1024.0)

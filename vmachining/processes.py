@@ -6,8 +6,13 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from multiprocessing.connection import Connection
+from typing import TypeAlias
+
+Child: TypeAlias = tuple[subprocess.Popen[bytes], Connection]
+"""A process, and the line to it."""
 
 QUIET = "import signal; signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})"
 """Ctrl-C reaches every process of a terminal; what it means is decided by the one that was started first. Blocked, not
@@ -15,12 +20,13 @@ ignored: polars, once it is loaded, raises KeyboardInterrupt in its queries wher
 
 
 def start(
-    module: str, function: str, environment: Mapping[str, str] | None = None, *, apart: bool = False
-) -> tuple[subprocess.Popen[bytes], Connection]:
+    module: str, function: str, environment: Mapping[str, str] | None = None, *, apart: bool = False, group: int | None = None
+) -> Child:  # fmt: skip
     """A process that calls a function with the descriptor of its end of a connection, and the other end.
 
     The function is found by name, so that nothing of this process is copied. SIGINT is blocked there.
-    apart : in a session by itself, which signals to our group do not reach; what it prints is dropped.
+    apart : in a session by itself, which signals to our group do not reach; what it prints is dropped. group : of processes,
+    0 for its own.
 
     Raises OSError: It cannot be started.
     """
@@ -35,6 +41,7 @@ def start(
                 ],
                 pass_fds=[there.fileno()],
                 start_new_session=apart,
+                process_group=group,
                 stdout=subprocess.DEVNULL if apart else None,
                 stderr=subprocess.DEVNULL if apart else None,
                 env={
@@ -45,3 +52,14 @@ def start(
         here.close()
         raise
     return process, Connection(here.detach())
+
+
+def dismiss(children: Sequence[Child], seconds: float = 5.0) -> None:
+    """Send processes home: they end when nobody listens, each at the latest after so many seconds."""
+    for _, line in children:
+        line.close()
+    for process, _ in children:
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(seconds)
+        process.kill()
+        process.wait()

@@ -12,12 +12,12 @@ from contextlib import suppress
 from itertools import groupby
 from multiprocessing.connection import Connection
 from pathlib import Path
-from resource import RUSAGE_SELF, getrusage
 from typing import Any, cast
 
 from vmachining.engines import engine_class
 from vmachining.engines.protocol import NOTHING, Batched, Divisible, Engine, Removal, Request, Share
 from vmachining.errors import EngineError
+from vmachining.memory import peak_mb
 from vmachining.sweep import Sweep
 from vmachining.tool import Profile
 
@@ -99,17 +99,8 @@ def _done(engines: dict[int, Engine], profiles: dict[int, Profile], order: tuple
             for engine in engines.values():
                 cast("Divisible", engine).forget_others(blocks)
         case ("peak",):
-            peak = _peak_mb()
+            peak = peak_mb()
             return [Removal(peak, peak, peak)] * len(engines)
         case _:
             raise EngineError(f"unknown order {order[0]!r}", engine=next(iter(engines.values())).name)
     return [NOTHING] * len(engines)
-
-
-def _peak_mb() -> float:
-    """Largest memory of this process. `getrusage` would count what its parent had when it was started."""
-    try:
-        status = Path("/proc/self/status").read_text()
-        return float(status.split("VmHWM:")[1].split()[0]) / 1024.0
-    except (OSError, IndexError, ValueError):
-        return getrusage(RUSAGE_SELF).ru_maxrss / 1024.0

@@ -18,12 +18,13 @@ from vmachining.job.folder import WORKING, usable
 from vmachining.job.given import Given
 from vmachining.job.jobfile import Job
 from vmachining.job.parts import Noted, Part, Parts, Replayed
-from vmachining.job.record import Record, own_mb
+from vmachining.job.record import Record
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Stage
 from vmachining.job.stock import raw_engine
 from vmachining.job.summary import notes_of
 from vmachining.job.table import RowFile, drop_torn_row
 from vmachining.job.timing import block_feeds
+from vmachining.memory import peak_mb
 from vmachining.progress import Progress
 from vmachining.stock import Stock
 
@@ -119,7 +120,7 @@ class Cutting:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
             if first < len(toolpath.blocks):
                 checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
-            self.record.spent.most_mb = max(self.record.spent.most_mb, own_mb() + hands.peak_mb())
+            self.record.spent.most_mb = max(self.record.spent.most_mb, peak_mb() + hands.peak_mb())
             return hands.finish()
         except InputError as exc:
             if not is_full(exc):

@@ -12,15 +12,11 @@ run their own threads). They ignore Ctrl-C, which is for this process to decide 
 
 from __future__ import annotations
 
-import os
-import socket
 import subprocess
-import sys
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -32,6 +28,7 @@ from vmachining.engines.protocol import Divisible, Engine, Removal, Request
 from vmachining.engines.serving import joined, shares_of, told_by
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
+from vmachining.processes import Child, dismiss, start
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
@@ -53,10 +50,6 @@ CutterPath: TypeAlias = Line | Arc | Turn
 
 Later: TypeAlias = Callable[[], Removal]
 """An answer that may still be on its way; calling it waits for it."""
-
-
-Worker: TypeAlias = tuple[subprocess.Popen[bytes], Connection]
-"""A process, and the line to it."""
 
 
 class Executor(Protocol):
@@ -237,7 +230,7 @@ class WorkerPool:
         self._sums: dict[int, Removal] = {}
         self._known_whole: Divisible | None = None  # as it was saved, while nothing is cut after that
         self._folder = TemporaryDirectory(prefix="vmachining-workers-")
-        self._workers: list[Worker] = []
+        self._workers: list[Child] = []
         start = Path(self._folder.name) / "start.npz"
         engine.save(start)
         try:
@@ -286,7 +279,8 @@ class WorkerPool:
 
     def close(self) -> None:
         """See `Executor`."""
-        _send_home(self._workers)
+        dismiss(self._workers)
+        self._workers.clear()
         self._folder.cleanup()
 
     def peak_mb(self) -> float:
@@ -381,7 +375,7 @@ class Staff:
     """Processes that are started ahead: they load what they need while the program is still being read."""
 
     def __init__(self) -> None:
-        self._waiting: list[Worker] = []
+        self._waiting: list[Child] = []
 
     def hire(self, count: int) -> None:
         """Start so many; where that fails, whoever needs one says so."""
@@ -389,7 +383,7 @@ class Staff:
             while len(self._waiting) < count:
                 self._waiting.append(_hire())
 
-    def one(self) -> Worker:
+    def one(self) -> Child:
         """One of them, or a new one.
 
         Raises OSError: It cannot be started.
@@ -398,28 +392,10 @@ class Staff:
 
     def close(self) -> None:
         """Send those home that nobody needed."""
-        _send_home(self._waiting)
+        dismiss(self._waiting)
+        self._waiting.clear()
 
 
-def _send_home(workers: list[Worker]) -> None:
-    """End processes, and forget them."""
-    for process, line in workers:
-        line.close()
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(5.0)
-        process.kill()
-        process.wait()
-    workers.clear()
-
-
-def _hire() -> Worker:
-    """A fresh interpreter that serves at the other end of the line."""
-    here, there = socket.socketpair()
-    with there:
-        process = subprocess.Popen(
-            [sys.executable, "-c", f"from vmachining.engines.serving import serve; serve({there.fileno()})"],
-            pass_fds=[there.fileno()],
-            env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-            process_group=0,  # signals to a group, as of a terminal or `timeout`, are for this process to decide about
-        )
-    return process, Connection(here.detach())
+def _hire() -> Child:
+    """A process that serves; signals to a group, as of a terminal or `timeout`, are for this process to decide about."""
+    return start("vmachining.engines.serving", "serve", ONE_THREAD, group=0)

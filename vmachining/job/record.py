@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
-import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -18,6 +16,7 @@ from vmachining.job.folder import RUN, WORKING, ResultFolder, now
 from vmachining.job.jobfile import Job
 from vmachining.job.store import continued
 from vmachining.machine import described
+from vmachining.memory import peak_mb
 from vmachining.progress import Progress
 
 
@@ -161,14 +160,8 @@ class Spent:
         return {
             "seconds": sum(self.seconds.values()),
             "stage_seconds": order,
-            "peak_mb": max(own_mb(), self.most_mb),
+            "peak_mb": max(peak_mb(), self.most_mb),
         }
-
-
-def own_mb() -> float:
-    """Largest memory of this process so far."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024.0 * 1024.0 if sys.platform == "darwin" else 1024.0)
 
 
 def in_words(stage_seconds: Mapping[str, float]) -> str:

@@ -33,15 +33,14 @@ from vmachining.errors import InputError
 from vmachining.job.batch.one import (
     PROGRESS,
     STOP,
-    Child,
     Ended,
     JobProgress,
     Order,
     Row,
-    dismiss,
     start_child,
 )
 from vmachining.job.files import signature, write_atomic, writing
+from vmachining.processes import Child, dismiss
 
 CONNECT_SECONDS = 10.0
 """For a scheduler to answer, and for its first worker to come."""
@@ -118,7 +117,7 @@ class _Idle:
             if child not in self._children:
                 return
             self._children.remove(child)
-        dismiss(child)
+        dismiss([child])
 
 
 _idle = _Idle()
@@ -160,7 +159,7 @@ def host(order: Order, token: str, index: int) -> Row | None:
         if whole:
             _idle.put(child)
         else:
-            dismiss(child, 1.0)
+            dismiss([child], 1.0)
 
 
 # -- in the process of the batch -------------------------------------------------------------------------------

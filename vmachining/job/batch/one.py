@@ -25,7 +25,7 @@ from vmachining.job.parts import Part
 from vmachining.job.run import run, run_part
 from vmachining.job.simulate import Stopped
 from vmachining.job.store import finished, same_inputs
-from vmachining.processes import start
+from vmachining.processes import Child, dismiss, start
 from vmachining.progress import Progress
 
 NUMBERS = (
@@ -234,21 +234,9 @@ STOP = ("stop",)
 ROW, PROGRESS = "row", "progress"
 """What it tells: ("row", row) once per order, ("progress", stage, done, total) before."""
 
-Child = tuple[subprocess.Popen[bytes], Connection]
-
 
 def start_child() -> Child:
     return start("vmachining.job.batch.one", "serve")
-
-
-def dismiss(child: Child, seconds: float = 5.0) -> None:
-    """Send a process home: it ends when nobody listens, at the latest after so many seconds."""
-    process, line = child
-    line.close()
-    with suppress(subprocess.TimeoutExpired):
-        process.wait(seconds)
-    process.kill()
-    process.wait()
 
 
 def serve(descriptor: int) -> None:
@@ -319,7 +307,7 @@ class LocalPool:
                 kind, *told = line.recv()
             except (EOFError, OSError):
                 del self._running[line]
-                dismiss((process, line))
+                dismiss([(process, line)])
                 yield Ended(index, None, "its process died")
                 continue
             if kind == PROGRESS:
@@ -331,7 +319,4 @@ class LocalPool:
 
     def close(self) -> None:
         children = [*self._idle, *((process, line) for line, (_, process) in self._running.items())]
-        for _, line in children:
-            line.close()
-        for child in children:
-            dismiss(child)
+        dismiss(children)
