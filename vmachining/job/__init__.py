@@ -39,8 +39,7 @@ What a run does not need is loaded when it is first used.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vmachining.job.engage import Scene, engage, height_map
 from vmachining.job.jobfile import Job
@@ -53,25 +52,17 @@ from vmachining.job.simulate import Stopped
 from vmachining.job.stock import check_formats
 from vmachining.job.table import COLUMNS
 from vmachining.job.toolpath import Block, group_blocks
+from vmachining.later import later
 
 if TYPE_CHECKING:
     from vmachining.job.single import SingleBlock, blocks_alone, swept_volume
     from vmachining.job.starter import Draft, draft_job
-
-_LATER = {
-    "SingleBlock": "single", "blocks_alone": "single", "swept_volume": "single",
-    "Draft": "starter", "draft_job": "starter",
-}  # fmt: skip
 
 __all__ = [
     "COLUMNS", "Block", "Draft", "Feed", "Force", "Job", "RunResult", "Scene", "ScheduleReport", "SingleBlock", "Stopped",
     "blocks_alone", "check_formats", "draft_job", "engage", "group_blocks", "height_map", "move_path", "run", "swept_volume",
 ]  # fmt: skip
 
-
-def __getattr__(name: str) -> Any:
-    """PEP 562: load a name from its file when it is requested."""
-    if name not in _LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(importlib.import_module(f"{__name__}.{_LATER[name]}"), name)
-    return value
+__getattr__ = later(
+    __name__, {"single": "SingleBlock blocks_alone swept_volume", "starter": "Draft draft_job"}
+)

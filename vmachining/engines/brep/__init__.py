@@ -31,10 +31,10 @@ minutes for a hundred blocks. Measured: `docs/measured/gate.md`, `docs/measured/
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from vmachining.engines.brep.occt.step import read_step
+from vmachining.later import later
 
 if TYPE_CHECKING:
     from vmachining.engines.brep.blank import shape_of
@@ -72,24 +72,10 @@ __all__ = [
     "write_solids",
 ]
 
-_FILES = {
-    "blank": ("Blank", "shape_of"),
-    "occt.inside": ("held",),
-    "occt.measure": ("volume",),
-    "occt.validity": ("Inspection", "inspect"),
-    "process": ("isolated", "isolated_steps"),
-    "removal.check": ("BlockChecker",),
-    "removal.gate": ("Status", "Verdict"),
-    "removal.workers": ("check_blocks", "step_file"),
-    "swept": ("solid", "solids"),
-    "workpiece.edges": ("BrepWorkpiece",),
-    "write": ("built_sweep", "write_solids"),
-}
-_HOME = {name: file for file, names in _FILES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    """OCCT takes seconds to load: only for who asks for it."""
-    if name in _HOME:
-        return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = later(__name__, {
+    "blank": "Blank shape_of", "occt.inside": "held", "occt.measure": "volume", "occt.validity": "Inspection inspect",
+    "process": "isolated isolated_steps", "removal.check": "BlockChecker", "removal.gate": "Status Verdict",
+    "removal.workers": "check_blocks step_file", "swept": "solid solids", "workpiece.edges": "BrepWorkpiece",
+    "write": "built_sweep write_solids",
+})  # fmt: skip
+"""OCCT takes seconds to load: only for who asks for it."""

@@ -39,8 +39,9 @@ thinner in one is seen by the others. The surface shows no feature below the spa
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from vmachining.later import later
 
 if TYPE_CHECKING:
     from vmachining.engines.dexel.engine import CONFIDENCE, DexelEngine
@@ -49,18 +50,6 @@ if TYPE_CHECKING:
 
 __all__ = ["CONFIDENCE", "DexelEngine", "RayEngine", "UprightJudge", "Way"]
 
-_LATER = {
-    "CONFIDENCE": "engine",
-    "DexelEngine": "engine",
-    "RayEngine": "rays",
-    "UprightJudge": "upright",
-    "Way": "upright",
-}
-
-
-def __getattr__(name: str) -> Any:
-    """PEP 562: load a name, and its kernels, when it is requested."""
-    if name not in _LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
-    return value
+__getattr__ = later(
+    __name__, {"engine": "CONFIDENCE DexelEngine", "rays": "RayEngine", "upright": "UprightJudge Way"}
+)

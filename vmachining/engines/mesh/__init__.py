@@ -42,8 +42,9 @@ joined surface can keep a slit of no width where two tiles met; its volume is ri
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from vmachining.later import later
 
 if TYPE_CHECKING:
     from vmachining.engines.mesh.engine import MeshEngine
@@ -52,12 +53,4 @@ if TYPE_CHECKING:
 
 __all__ = ["MeshEngine", "StockMesh", "box_stock", "solid"]
 
-_LATER = {"MeshEngine": "engine", "solid": "solids", "StockMesh": "stock", "box_stock": "stock"}
-
-
-def __getattr__(name: str) -> Any:
-    """PEP 562: load a name, and its kernels, when it is requested."""
-    if name not in _LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
-    return value
+__getattr__ = later(__name__, {"engine": "MeshEngine", "solids": "solid", "stock": "StockMesh box_stock"})
