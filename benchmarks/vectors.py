@@ -17,11 +17,10 @@ from typing import Any, Literal
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
-from benchmarks.vector_batch import ball_grid, ball_vectors
+from benchmarks.vector_batch import Points, ball_grid, ball_vectors
 from vmachining.arrays import Floats
 from vmachining.engines.protocol import Options, Request
 from vmachining.engines.vectors import (
-    Points,
     VectorEngine,
     VectorSettings,
     simulation_spacing,

@@ -7,10 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from benchmarks.vector_batch import ball_grid, ball_vectors
+from benchmarks.vector_batch import Points, ball_grid, ball_vectors
 from benchmarks.vectors import BALL, RADIUS, _exact, _half_cylinder, _normals, blocks
 from tests.vectors.test_vectors import R, block, vectors
-from vmachining.engines.vectors import Points
 from vmachining.sweep import Sweep
 
 PATH = blocks()

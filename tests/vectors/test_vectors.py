@@ -13,7 +13,6 @@ from vmachining.arrays import Floats
 from vmachining.engines.protocol import Options
 from vmachining.engines.vectors import (
     NormalVectors,
-    Points,
     VectorEngine,
     VectorSettings,
     simulation_spacing,
@@ -21,6 +20,7 @@ from vmachining.engines.vectors import (
     wall_angle,
 )
 from vmachining.engines.vectors.accuracy import representation_spacing
+from vmachining.engines.vectors.along import Patches
 from vmachining.engines.vectors.part import DesignPart, features
 from vmachining.errors import InputError
 from vmachining.geometry import Line
@@ -34,13 +34,16 @@ BALL = BallNose(diameter=2 * R, length=60.0).cutter
 LOW = -5.0
 
 
-def vectors(point: Floats, normal: Floats, length: Floats, low: float = LOW, **how: float) -> NormalVectors:
-    """Vectors of given feet, directions and lengths."""
+def vectors(point: Floats, normal: Floats, length: Floats, low: float = LOW) -> NormalVectors:
+    """Vectors of given feet, directions and lengths: each stands on a facet without size."""
     point, normal = np.atleast_2d(np.asarray(point, float)), np.atleast_2d(np.asarray(normal, float))
-    many = len(point)
-    return NormalVectors.of(
-        Points(point, normal, np.zeros(many, int)), np.full(many, low), np.broadcast_to(length, many), **how
+    many, normal = len(point), normal / np.linalg.norm(normal, axis=1)[:, None]
+    patches = Patches(
+        np.repeat(point[:, None], 3, axis=1), normal, np.zeros(many, int), np.full(many, 4, np.uint8)
     )
+    made = NormalVectors(patches, 1.0)
+    made.set_ends(np.full(many, low), np.broadcast_to(length, many))
+    return made
 
 
 def block(start: list[float], end: list[float], cutter: Profile = BALL) -> Sweep:
@@ -95,8 +98,6 @@ def test_what_comes_from_behind(low: float, length: float, expected: float, behi
 def test_vectors_that_cannot_be(low: float) -> None:
     with pytest.raises(InputError, match="lambda"):
         vectors(np.zeros(3), np.array(Y), np.array(10.0), low=low)
-    with pytest.raises(InputError, match="no direction"):
-        vectors(np.zeros(3), np.zeros(3), np.array(10.0))
 
 
 def random_lines(seed: int, many: int = 400) -> tuple[Floats, Floats]:

@@ -47,12 +47,11 @@ from vmachining.engines.vectors.accuracy import (
 )
 from vmachining.engines.vectors.along import NormalVectors
 from vmachining.engines.vectors.engine import VectorEngine
-from vmachining.engines.vectors.part import Points, features
+from vmachining.engines.vectors.part import features
 from vmachining.engines.vectors.upright import UprightVectors
 
 __all__ = [
     "NormalVectors",
-    "Points",
     "UprightVectors",
     "VectorEngine",
     "VectorSettings",

@@ -7,7 +7,7 @@ once for a group of some 64 where it is the same for all. A group takes about 42
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.vectors.lattice import _kernels as lattices
 from vmachining.engines.vectors.lattice.balls import _kernels as ball_kernels
-from vmachining.engines.vectors.part import DesignPart, Features, Points, first_hits
+from vmachining.engines.vectors.part import DesignPart, Features, first_hits
 from vmachining.errors import InputError
 from vmachining.geometry.boxtree import box_tree, curve_order
 from vmachining.stock import MeshStock, Stock
@@ -33,7 +33,7 @@ PIECE = 1 << 18
 
 
 class Patches(NamedTuple):
-    """Facets, edges and points that vectors stand on, all vectors of one with one direction.
+    """Facets and edges that vectors stand on, all vectors of one with one direction.
 
     corner : (m, 3, 3) mm, ends of the longest side, then the opposite corner. normal : (m, 3). facet : (m,) -1 on an edge.
     kind : (m,) index into `KINDS`.
@@ -61,19 +61,6 @@ class Patches(NamedTuple):
             facet = np.concatenate([facet, np.full(len(a), -1)])
             kind = np.concatenate([kind, np.full(len(a), 3)])
         return cls(np.ascontiguousarray(corner), np.ascontiguousarray(normal), facet, kind.astype(np.uint8))
-
-    @classmethod
-    def at(cls, points: Points) -> Patches:
-        """One vector at each of some points.
-
-        Raises InputError: A normal without length.
-        """
-        size = np.linalg.norm(points.normal, axis=1)
-        if not (size > 0.0).all() or not np.isfinite(points.normal).all():
-            raise InputError(f"vector {int(np.argmin(size > 0.0))} has no direction")
-        corner = np.repeat(np.asarray(points.point, dtype=np.float64)[:, None], 3, axis=1)
-        normal = np.ascontiguousarray(points.normal / size[:, None])
-        return cls(corner, normal, np.asarray(points.facet), np.full(len(size), 4, dtype=np.uint8))
 
 
 class Piece(NamedTuple):
@@ -123,16 +110,6 @@ class NormalVectors:
             np.zeros(groups, dtype=np.float32), np.zeros(groups + 1, dtype=np.int32), unknown,
             np.zeros(count, dtype=np.float32), np.zeros(-(-count // 8), dtype=np.uint8), np.empty((0, 6)),
         )  # fmt: skip
-
-    @classmethod
-    def of(cls, points: Points, low: Floats | float, length: Floats | float) -> Self:
-        """Vectors at their own points, with their ends.
-
-        Raises InputError: A normal without length, or lambda not below 0 and L.
-        """
-        self = cls(Patches.at(points), 1.0)
-        self.set_ends(np.broadcast_to(low, len(self)), np.broadcast_to(length, len(self)))
-        return self
 
     def set_ends(self, low: Floats | NDArray[np.float32], length: Floats | NDArray[np.float32]) -> None:
         """Give all vectors lambda and L (n,) mm.

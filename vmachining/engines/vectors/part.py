@@ -34,14 +34,6 @@ class Features(NamedTuple):
     edge_normal: Floats
 
 
-class Points(NamedTuple):
-    """point, normal : (n, 3). facet : (n,) index, -1 on an edge."""
-
-    point: Floats
-    normal: Floats
-    facet: Ints
-
-
 @dataclass(frozen=True, eq=False)
 class DesignPart:
     """A closed mesh, facets without area left out."""
