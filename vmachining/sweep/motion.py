@@ -144,7 +144,11 @@ class Sweep:
     def _near(self) -> _Packed | None:
         """Made when somebody asks for distances: most sweeps of a run are only cut."""
         path = self.path
-        if self._rows is None and not isinstance(path, Turn) and (_is_straight(path) or _is_level(path)):
+        if (
+            self._rows is None
+            and not isinstance(path, Turn)
+            and (_is_straight(path) or (isinstance(path, Arc) and path.axis == 2 and path.rise == 0.0))
+        ):
             object.__setattr__(self, "_rows", _pack(convex_cover(self.profile), path))
         return self._rows
 
@@ -330,10 +334,6 @@ class _Packed(NamedTuple):
 def _is_straight(path: Path) -> bool:
     """A line, or an arc that is a line."""
     return isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0
-
-
-def _is_level(path: Path) -> bool:
-    return isinstance(path, Arc) and path.axis == 2 and path.rise == 0.0
 
 
 def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:

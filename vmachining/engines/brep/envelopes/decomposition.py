@@ -202,7 +202,10 @@ class _Work(Generic[T]):
         found = found or self._posed(profile, part, a, b)
         if not found and deeper:
             share = _grade(lift) if swap is None and lift is not None else None
-            middle = a + (b - a) * (share or swap or self._near_jump(a, b))
+            near = (
+                0.125 if a in self.jumps else 0.875 if b in self.jumps else 0.5
+            )  # what is at a jump ends in poses
+            middle = a + (b - a) * (share or swap or near)
             halves = [(profile, a, middle), (profile, middle, b)]
             closes_in = list in [type(self._built(*half)) for half in halves]
             found = self._all(halves, depth - 1 if closes_in and b - a > 0.5**NARROW else depth)
@@ -233,10 +236,6 @@ class _Work(Generic[T]):
         before = min((a - t for t in self.jumps if 0.0 < a - t <= b - a), default=np.inf)
         after = min((t - b for t in self.jumps if 0.0 < t - b <= b - a), default=np.inf)
         return before / max(b - a, 1e-300), after / max(b - a, 1e-300)
-
-    def _near_jump(self, a: float, b: float) -> float:
-        """Where to halve: near an end at which the curve jumps, for what is there ends in poses."""
-        return 0.125 if a in self.jumps else 0.875 if b in self.jumps else 0.5
 
     def _changed(
         self, profile: Profile, part: Turn, a: float, b: float, depth: int

@@ -28,6 +28,8 @@ from vmachining.engines.brep.occt.shapes import Curve, Part, Spline, Surface, in
 from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, PARAMETER_FIT_MM, SAME_VERTEX_MM
 from vmachining.errors import EngineError
 
+FORWARD, REVERSED = TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Edge:
@@ -81,8 +83,8 @@ class Builder:
         first, last = (self.vertex(p) for p in curve.ends)
         shape = TopoDS_Edge()
         self._make.MakeEdge(shape, curve.geom, CONFUSION_MM)
-        self._make.Add(shape, self._vertices[first].Oriented(TopAbs_Orientation.TopAbs_FORWARD))
-        self._make.Add(shape, self._vertices[last].Oriented(TopAbs_Orientation.TopAbs_REVERSED))
+        self._make.Add(shape, self._vertices[first].Oriented(FORWARD))
+        self._make.Add(shape, self._vertices[last].Oriented(REVERSED))
         self._make.Range(shape, curve.t0, curve.t1)
         return Edge(curve, first, last, shape)
 
@@ -168,7 +170,7 @@ class Builder:
             edge = uses[k].edge
             self._pcurve(face, geom, surface, uses[k], *runs[k])
             sense = forward[k] != turn
-            self._make.Add(wire, edge.shape.Oriented(_sense(sense)))
+            self._make.Add(wire, edge.shape.Oriented(FORWARD if sense else REVERSED))
             after = (k - 1 if turn else k + 1) % len(uses)
             tail = runs[k][1][-1 if sense else 0]
             head = runs[after][1][0 if forward[after] != turn else -1]
@@ -188,8 +190,8 @@ class Builder:
         shape = TopoDS_Edge()
         self._make.MakeEdge(shape)
         vertex = self._vertices[corner]
-        self._make.Add(shape, vertex.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
-        self._make.Add(shape, vertex.Oriented(TopAbs_Orientation.TopAbs_REVERSED))
+        self._make.Add(shape, vertex.Oriented(FORWARD))
+        self._make.Add(shape, vertex.Oriented(REVERSED))
         step = head - tail
         length = float(np.linalg.norm(step))
         line = Geom2d_Line(gp_Pnt2d(*tail.tolist()), gp_Dir2d(*step.tolist()))
@@ -293,10 +295,6 @@ def _breaks(curve: Curve) -> Floats:
     whole = curve.whole if isinstance(curve, Part) else curve
     knots = np.unique(whole.spline.t) if isinstance(whole, Spline) else np.zeros(0)
     return np.concatenate([[curve.t0], knots[(knots > curve.t0) & (knots < curve.t1)], [curve.t1]])
-
-
-def _sense(forward: bool) -> Any:
-    return TopAbs_Orientation.TopAbs_FORWARD if forward else TopAbs_Orientation.TopAbs_REVERSED
 
 
 def _senses(uses: Sequence[Use]) -> list[bool]:

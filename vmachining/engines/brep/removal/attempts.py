@@ -70,7 +70,10 @@ def halves(task: Task) -> Value:
 
 def grown(task: Task) -> Value:
     """Earlier sweeps of cutters that are larger by `GROWTH_MM`: tangent faces are apart then."""
-    tools = [part for sweep in task.earlier for part in shapes(_larger(sweep))]
+    tools = []
+    for sweep in task.earlier:
+        larger = sweep.profile.scaled(1.0 + GROWTH_MM / sweep.profile.max_radius).shifted(-GROWTH_MM)
+        tools += shapes(Sweep.along(larger, sweep.path))
     moved = GROWTH_MM * sum(_area(sweep) for sweep in task.earlier)
     return Value(_cut(task.stock, task.parts, tools), moved)
 
@@ -111,12 +114,6 @@ def _without(rest: Any, tools: Sequence[Any], fuzzy: float) -> Any:
         if not apart(rest, tool):
             rest = minus(rest, [tool], fuzzy)
     return rest
-
-
-def _larger(sweep: Sweep) -> Sweep:
-    """The sweep of a cutter that is larger by about `GROWTH_MM`, its tip that much lower."""
-    factor = 1.0 + GROWTH_MM / sweep.profile.max_radius
-    return Sweep.along(sweep.profile.scaled(factor).shifted(-GROWTH_MM), sweep.path)
 
 
 def _area(sweep: Sweep) -> float:

@@ -105,9 +105,6 @@ class _Front(Ramp):
         )
         self._cuts[k] = first, last, size
 
-    def _lies_inside(self, k: int, tau_or_share: float) -> bool:
-        return float(self._turns(self.tool.segments[k], np.array(tau_or_share))) <= 0.0
-
     # -- curves --------------------------------------------------------------------------------------------
 
     def _strand(self, name: str, k: int, side: int) -> list[Edge]:
@@ -173,7 +170,7 @@ class _Front(Ramp):
                         share = 0.5 * (
                             self._span(k)[0] + cut[0] if number == 0 else cut[1] + self._span(k)[1]
                         )
-                    turned = self._lies_inside(k, tau if s.is_arc else share) if tau >= 0.0 else False
+                    turned = tau >= 0.0 and float(self._turns(s, np.array(tau if s.is_arc else share))) <= 0.0
                 outward = self._normal(tau, which)
                 self._sheet(first, second, -outward if turned else outward)
 

@@ -69,7 +69,10 @@ class UprightJudge:
         shapes = {id(way.cutter): way.cutter for way in ways}
         places = {key: k for k, key in enumerate(shapes)}
         profiles = list(shapes.values())
-        rises = np.array([_rises(cutter) for cutter in profiles], dtype=np.bool_)
+        # whether the radius never falls with the height, of a convex cutter
+        rises = np.array(
+            [c.is_convex and float(c.points[-1, 0]) == c.max_radius for c in profiles], dtype=np.bool_
+        )
         tool = np.array([places[id(way.cutter)] for way in ways], dtype=np.int64)
         block = np.array([way.block for way in ways], dtype=np.int64)
         paths = [way.path for way in ways]
@@ -88,7 +91,7 @@ class UprightJudge:
         foreign = list[tuple[float, ...]]()
         for k in np.setdiff1d(np.arange(len(ways)), owner).tolist():
             number, cutter, path = ways[k]
-            reach = cutter.max_radius + (_tall(cutter) if isinstance(path, Turn) else 0.0)
+            reach = cutter.max_radius + (max(-cutter.z_min, cutter.z_max) if isinstance(path, Turn) else 0.0)
             foreign.append((number, *(path.bounds[0, :2] - reach), *(path.bounds[1, :2] + reach)))
         self._foreign = np.array(foreign, dtype=np.float64).reshape(-1, 5)
         apart = (self._foreign[:, 3:] <= self._box[0, :2]) | (self._foreign[:, 1:3] >= self._box[1, :2])
@@ -269,15 +272,6 @@ def _interval(*parts: tuple[Floats, float]) -> Removal:
 def _raster(n: int, m: int) -> Ints:
     """(n, m, 2) places of cells."""
     return np.stack(np.meshgrid(np.arange(n), np.arange(m), indexing="ij"), axis=-1)
-
-
-def _rises(cutter: Profile) -> bool:
-    """Whether its radius never falls with the height, and it is convex."""
-    return cutter.is_convex and float(cutter.points[-1, 0]) == cutter.max_radius
-
-
-def _tall(cutter: Profile) -> float:
-    return float(np.abs([cutter.z_min, cutter.z_max]).max())
 
 
 def _shapes(cutters: Sequence[Profile]) -> tuple[Floats, Floats]:
