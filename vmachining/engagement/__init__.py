@@ -40,22 +40,7 @@ from vmachining.engagement.workpiece import By, Past, RayWorkpiece, Workpiece, s
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 
 __all__ = [
-    "BoxStock",
-    "By",
-    "Contact",
-    "CylinderStock",
-    "Engagement",
-    "MeshStock",
-    "Past",
-    "RayWorkpiece",
-    "Stock",
-    "Workpiece",
-    "chip",
-    "chip_points",
-    "chip_table",
-    "contact",
-    "engaged_parts",
-    "facing_parts",
-    "frames",
+    "BoxStock", "By", "Contact", "CylinderStock", "Engagement", "MeshStock", "Past", "RayWorkpiece", "Stock",
+    "Workpiece", "chip", "chip_points", "chip_table", "contact", "engaged_parts", "facing_parts", "frames",
     "sweeps_near",
-]
+]  # fmt: skip

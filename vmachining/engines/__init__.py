@@ -26,17 +26,8 @@ from vmachining.errors import InputError
 from vmachining.installed import Installed
 
 __all__ = [
-    "ENGINES",
-    "RAYS",
-    "Entry",
-    "brep",
-    "columns",
-    "dexel",
-    "engine_class",
-    "entry_of",
-    "mesh",
-    "vectors",
-]
+    "ENGINES", "RAYS", "Entry", "brep", "columns", "dexel", "engine_class", "entry_of", "mesh", "vectors",
+]  # fmt: skip
 
 LATER = ("brep",)
 """Named by the interface; they cannot cut a job yet."""

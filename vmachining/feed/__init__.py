@@ -58,21 +58,6 @@ from vmachining.feed.strategy import (
 )
 
 __all__ = [
-    "UNITS",
-    "ChipAreaStrategy",
-    "FeedBlocks",
-    "FeedLimits",
-    "ForceStrategy",
-    "Kind",
-    "Limit",
-    "Parts",
-    "Schedule",
-    "Strategy",
-    "VolumeStrategy",
-    "clamp",
-    "floor_feed",
-    "plan_feeds",
-    "references",
-    "sampled",
-    "schedulable",
-]
+    "UNITS", "ChipAreaStrategy", "FeedBlocks", "FeedLimits", "ForceStrategy", "Kind", "Limit", "Parts", "Schedule",
+    "Strategy", "VolumeStrategy", "clamp", "floor_feed", "plan_feeds", "references", "sampled", "schedulable",
+]  # fmt: skip

@@ -35,19 +35,6 @@ from vmachining.tool.profile import Profile, Segment, convex_cover
 from vmachining.tool.table import mapping_of_tool, tool_from_mapping
 
 __all__ = [
-    "AptTool",
-    "BallNose",
-    "BullNose",
-    "Cutter",
-    "Edge",
-    "EdgeParts",
-    "FlatEnd",
-    "Profile",
-    "ProfileTool",
-    "Segment",
-    "Taper",
-    "Tool",
-    "convex_cover",
-    "mapping_of_tool",
-    "tool_from_mapping",
-]
+    "AptTool", "BallNose", "BullNose", "Cutter", "Edge", "EdgeParts", "FlatEnd", "Profile", "ProfileTool", "Segment",
+    "Taper", "Tool", "convex_cover", "mapping_of_tool", "tool_from_mapping",
+]  # fmt: skip

@@ -29,17 +29,6 @@ from vmachining.toolpath.pocket import (
 from vmachining.toolpath.triangle import Triangle
 
 __all__ = [
-    "MODES",
-    "STRATEGIES",
-    "Pocket",
-    "Triangle",
-    "advice",
-    "bare_path",
-    "coverage",
-    "coverage_shapes",
-    "flank_path",
-    "needs_centre",
-    "path_length",
-    "pocket_lengths",
-    "pocket_path",
-]
+    "MODES", "STRATEGIES", "Pocket", "Triangle", "advice", "bare_path", "coverage", "coverage_shapes", "flank_path",
+    "needs_centre", "path_length", "pocket_lengths", "pocket_path",
+]  # fmt: skip

@@ -51,26 +51,10 @@ if TYPE_CHECKING:
     from vmachining.stock import Blank
 
 __all__ = [
-    "Blank",
-    "BlockChecker",
-    "BrepWorkpiece",
-    "Inspection",
-    "Status",
-    "Verdict",
-    "built_sweep",
-    "check_blocks",
-    "held",
-    "inspect",
-    "isolated",
-    "isolated_steps",
-    "read_step",
-    "shape_of",
-    "solid",
-    "solids",
-    "step_file",
-    "volume",
-    "write_solids",
-]
+    "Blank", "BlockChecker", "BrepWorkpiece", "Inspection", "Status", "Verdict", "built_sweep", "check_blocks",
+    "held", "inspect", "isolated", "isolated_steps", "read_step", "shape_of", "solid", "solids", "step_file",
+    "volume", "write_solids",
+]  # fmt: skip
 
 __getattr__ = later(__name__, {
     "blank": "Blank shape_of", "occt.inside": "held", "occt.measure": "volume", "occt.validity": "Inspection inspect",

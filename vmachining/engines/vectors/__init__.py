@@ -51,14 +51,6 @@ from vmachining.engines.vectors.part import features
 from vmachining.engines.vectors.upright import UprightVectors
 
 __all__ = [
-    "NormalVectors",
-    "UprightVectors",
-    "VectorEngine",
-    "VectorSettings",
-    "features",
-    "grid_pitch",
-    "representation_spacing",
-    "simulation_spacing",
-    "spacing_for",
-    "wall_angle",
-]
+    "NormalVectors", "UprightVectors", "VectorEngine", "VectorSettings", "features", "grid_pitch",
+    "representation_spacing", "simulation_spacing", "spacing_for", "wall_angle",
+]  # fmt: skip

@@ -41,21 +41,7 @@ from vmachining.sweep.grazing.faces import (
 )
 
 __all__ = [
-    "Circles",
-    "Instant",
-    "across",
-    "arc_terms",
-    "chord",
-    "circle_terms",
-    "circles",
-    "circles_along",
-    "folding",
-    "grazing_angles",
-    "grazing_stretches",
-    "instant",
-    "line_terms",
-    "normal_speed",
-    "scalars",
-    "terms_of",
+    "Circles", "Instant", "across", "arc_terms", "chord", "circle_terms", "circles", "circles_along", "folding",
+    "grazing_angles", "grazing_stretches", "instant", "line_terms", "normal_speed", "scalars", "terms_of",
     "whole_meridian",
-]
+]  # fmt: skip

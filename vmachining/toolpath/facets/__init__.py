@@ -26,22 +26,7 @@ from vmachining.toolpath.facets.ridges import cl_points, leaning_ridges, scallop
 from vmachining.toolpath.facets.stl import read_stl
 
 __all__ = [
-    "Contact",
-    "FacetMesh",
-    "Surface",
-    "cl_points",
-    "edge_normal",
-    "five_axis_raster",
-    "height_field",
-    "leaning_ridges",
-    "normals_at",
-    "push_cutter",
-    "radii",
-    "raster",
-    "read_cloud",
-    "read_stl",
-    "scallop_step",
-    "upright_ridges",
-    "waterline",
-    "waterline_path",
-]
+    "Contact", "FacetMesh", "Surface", "cl_points", "edge_normal", "five_axis_raster", "height_field",
+    "leaning_ridges", "normals_at", "push_cutter", "radii", "raster", "read_cloud", "read_stl", "scallop_step",
+    "upright_ridges", "waterline", "waterline_path",
+]  # fmt: skip
