@@ -128,22 +128,27 @@ def test_rows_behind_the_checkpoint_are_made_again(tmp_path):
     assert result.blocks["removed_mm3"].sum() == pytest.approx(result.summary["removed_mm3"])
 
 
-def test_rows_of_a_version_with_other_columns_are_not_continued(tmp_path):
-    """Rows of this version went under a header of another one, and the end of the run was an internal failure."""
-    job = Job.load(write_job(tmp_path / "job"))
+@pytest.mark.parametrize("harm", ["edited", "shorter", "gone", "other columns"])
+@pytest.mark.parametrize("stage", ["program", "scheduled"])
+def test_changed_rows_are_not_continued(harm, stage, tmp_path):
+    """What stood there was taken without a word; other columns were an internal failure."""
+    job = Job.load(write_job(tmp_path / "job", job=JOB + FEED))
     with pytest.raises(Stopped):
-        run(job, out=tmp_path / "out", progress=stop_after("program", 3), engine="mesh")
-    rows = tmp_path / "out" / "blocks.partial.csv"
-    before = pl.read_csv(rows, infer_schema_length=0).drop("spindle_rpm", "coolant").write_csv()
-    rows.write_text(before)
-    manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
-    manifest["files"][rows.name] = None
-    (tmp_path / "out" / "manifest.json").write_text(json.dumps(manifest))
-    with pytest.raises(
-        JobError, match="another version of vmachining, with other columns; run again without"
-    ):
+        run(job, out=tmp_path / "out", progress=stop_after(stage, 8), engine="mesh")
+    rows = tmp_path / "out" / ("blocks.partial.csv" if stage == "program" else "scheduled_blocks.partial.csv")
+    before = rows.read_text()
+    after = {
+        "edited": before.replace(",40.0", ",41.0"), "shorter": before[: before[:-1].rindex("\n") + 1],
+        "gone": None, "other columns": pl.read_csv(rows, infer_schema_length=0).drop("coolant").write_csv(),
+    }[harm]  # fmt: skip
+    assert after != before
+    rows.unlink()
+    if after is not None:
+        rows.write_text(after)
+    with pytest.raises(JobError, match=r"partial\.csv: .*; run again without --resume"):
         run(job, out=tmp_path / "out", resume=True, engine="mesh")
-    assert rows.read_text() == before
+    assert (rows.read_text() if rows.exists() else None) == after
+    assert run(job, out=tmp_path / "out", engine="mesh").summary["blocks"] == 9
 
 
 def test_resume_without_a_run_starts_one_and_wants_a_directory(tmp_path):
@@ -175,8 +180,10 @@ def test_a_warning_of_two_lines_is_one_row_when_a_run_continues(tmp_path):
 
     path = tmp_path / "x.partial.csv"
     with RowFile(path) as rows:
-        rows.write({"block": [0, 1, 2], "warning": ["one\r\ntwo", None, "three"]})
-    with RowFile(path, keep=2):
+        rows.write({"block": [0, 1], "warning": ["one\r\ntwo", None]})
+        digest = rows.digest
+        rows.write({"block": [2], "warning": ["three"]})
+    with RowFile(path, keep=2, digest=digest):
         pass
     frame = read_partial(path)
     assert frame["block"].to_list() == [0, 1] and frame["warning"].to_list() == ["one two", None]

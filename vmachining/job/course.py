@@ -34,7 +34,7 @@ from vmachining.job.stations import LEFT_OUT, NO_CONTACT, Stations, no_stations,
 from vmachining.job.stock import raw_stock
 from vmachining.job.strategies import Planned, plan
 from vmachining.job.summary import quiet_findings, run_summary, slack_of
-from vmachining.job.table import MOST_CSV, NO_CSV, finish, read_partial, refeed
+from vmachining.job.table import MOST_CSV, NO_CSV, finish, read_partial, refed
 from vmachining.job.timing import block_feeds, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 from vmachining.job.total import ENDS, Total, settled, total_of
@@ -219,8 +219,6 @@ class Course:
         )
         self._stage("scheduled", given.written(mine), parts)
         new_rows = self.folder / ROWS["scheduled"]
-        if self.asked.resume:  # they may have the feeds of the lowered schedule already
-            refeed(new_rows, *block_feeds(mine.toolpath, mine.times))
         contact = self._contact(mine.toolpath, "engagement, scheduled")
         verdict = judged(feed, planned, mine, new_rows, contact, blocks)
         if verdict.lowered is not None:  # other feeds of the same motions: what was cut stays
@@ -228,15 +226,15 @@ class Course:
             before = mine
             mine = write_again(job, self.place, program, planned.schedule.edits(), written)
             refuse_other_motions(before.toolpath, mine.toolpath)
-            refeed(new_rows, *block_feeds(mine.toolpath, mine.times))
             contact = self._contact(mine.toolpath, "engagement, lowered")
             verdict = judged(feed, planned, mine, new_rows, contact, blocks)
         after = mine.times
-        cut = read_partial(new_rows)
+        cut = refed(new_rows, *block_feeds(mine.toolpath, after))
         estimates = settled(cut, total)
         if estimates is not None:
             cut = cut.update(estimates, on="block")
-        self._finish(new_rows, "scheduled_blocks", contact.columns, estimates)
+        changed = cut.select("block", "feed_mm_min", "time_s", "removed_mm3", "mrr_mm3_min")
+        self._finish(new_rows, "scheduled_blocks", contact.columns, changed)
         if self._every_one or not feed.insert_blocks:
             table = self._every(planned, mine, given, stations)
             planned = replace(planned, comparison=table)

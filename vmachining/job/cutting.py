@@ -12,7 +12,7 @@ from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError
 from vmachining.job.contact import Contacts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, SHARES
-from vmachining.job.executor import Executor, Staff, executor
+from vmachining.job.executor import Executor, InProcess, Staff, executor
 from vmachining.job.files import is_full
 from vmachining.job.folder import WORKING, usable
 from vmachining.job.given import Given
@@ -91,17 +91,21 @@ class Cutting:
         else:
             engine, self.raw = self.raw or self.of(stock), None
         rows_path = self.record.place.path / ROWS[name]
-        workers = self.workers_for(len(toolpath.blocks) - first)
+        left = len(toolpath.blocks) - first
+        workers = self.workers_for(left)
         self.options["workers"] = max(workers, self.options.get("workers", 1))
-        apart, shares = self.longest_s > APART_SECONDS, self.shares(len(toolpath.blocks), workers)
+        apart = self.longest_s > APART_SECONDS
+        shares = self.shares(len(toolpath.blocks), workers) if known is None else int(known["shares"])
         hands: Executor
         if own is not None:
             hands = Noted(engine, shares, own, point)
         elif replays and parts is not None:
             hands = Replayed(engine, parts.cut)
-        else:
+        elif left:
             hands = executor(engine, workers, shares=shares, apart=apart, staff=self.staff)
             self.staff.close()
+        else:
+            hands = InProcess(engine)
         feed, seconds = block_feeds(toolpath, times)
         stage = Stage(
             name=name, toolpath=toolpath, feed=feed, seconds=seconds, tools=tools,
@@ -113,12 +117,12 @@ class Cutting:
         def checkpoint(done: int) -> None:
             if isinstance(hands, Replayed) and done < len(toolpath.blocks):
                 return  # parts have the workpiece at the end only
-            self.record.checkpoint(name, hands, done, len(toolpath.blocks))
+            self.record.checkpoint(name, hands, done, len(toolpath.blocks), shares=shares, rows=rows.digest)
 
         try:
-            with RowFile(rows_path, keep=first) as rows:
+            with RowFile(rows_path, keep=first, digest=known and known["rows"]) as rows:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
-            if first < len(toolpath.blocks):
+            if left:
                 checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
             self.record.spent.most_mb = max(self.record.spent.most_mb, peak_mb() + hands.peak_mb())
             return hands.finish()

@@ -77,6 +77,8 @@ class _Point(_Entry):
     file: str = Field(pattern=rf"^({PATTERN.pattern})$")
     done: int = Field(ge=0)
     total: int = Field(ge=0)
+    shares: int = Field(default=1, ge=1)
+    rows: str | None = None
 
 
 class _Options(_Entry):

@@ -67,19 +67,22 @@ class Record:
         self.save()
 
     def known(self, name: str) -> dict[str, Any] | None:
-        """The checkpoint of a pass: file, done, total."""
+        """The checkpoint of a pass: file, done, total, and what else `checkpoint` was told."""
         found: dict[str, Any] | None = self.place.manifest["checkpoints"].get(name)
         return found
 
-    def checkpoint(self, name: str, state: Saves, done: int, total: int) -> None:
-        """Save the workpiece or what is known of contact, then point the manifest to it, then forget the one before."""
+    def checkpoint(self, name: str, state: Saves, done: int, total: int, **told: Any) -> None:
+        """Save the workpiece or what is known of contact, then point the manifest to it, then forget the one before.
+
+        told : of a pass that cuts: shares of the workpiece, and rows, the digest of those on disk.
+        """
         target = self.place.path / f"checkpoint.{name}.{done}.npz"
         self._progress("saving", 0, 1)
         with self.place.making(target.name), atomic_path(target) as temporary:
             state.save(temporary)
         self._progress("saving", 1, 1)
         manifest, old = self.place.manifest, self.known(name)
-        manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total}
+        manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total, **told}
         self.save()
         if old is not None and old["file"] != target.name:
             with suppress(OSError):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import csv
 import errno
+import hashlib
 import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
@@ -138,28 +139,39 @@ def _to_digits(values: Floats) -> Floats:
 
 
 class RowFile:
-    """Append rows to a partial table. A torn last line (power cut) is dropped when the file is reopened."""
+    """Append rows to a partial table. A torn last line (power cut) is dropped when the file is reopened.
 
-    def __init__(self, path: Path, *, keep: int = 0) -> None:
-        self.path = path
+    keep, digest : how many rows a checkpoint has, and what `digest` was then: rows after it are made again.
+
+    Raises JobError: The file does not begin with those rows.
+    """
+
+    def __init__(self, path: Path, *, keep: int = 0, digest: str | None = None) -> None:
+        self.path, self._sum = path, hashlib.sha256()
         if keep:
-            self._trim(keep)
+            self._trim(keep, digest)
         else:
             with writing(path):
                 path.write_text(HEADER, encoding="utf-8")
+            self._sum.update(HEADER.encode())
         self._file: TextIO = path.open("a", encoding="utf-8", newline="")
 
-    def _trim(self, keep: int) -> None:
-        """Leave exactly the first `keep` rows; rows after a checkpoint are made again."""
-        with self.path.open("rb+") as file:
-            same = file.readline().decode("utf-8", "replace") == HEADER
-            count = sum(line.endswith(b"\n") for line in islice(file, keep))
-            if not same or count != keep:
-                what = "was started by another version of vmachining, with other columns"
-                what = f"holds {count} blocks where the checkpoint has {keep}" if same else what
-                raise JobError(what, file=self.path, remedy="run again without --resume")
-            file.seek(0)
-            file.truncate(sum(map(len, islice(file, keep + 1))))
+    def _trim(self, keep: int, digest: str | None) -> None:
+        size = 0
+        if self.path.is_file():
+            with self.path.open("rb") as file:
+                for line in islice(file, keep + 1):
+                    self._sum.update(line)
+                    size += len(line)
+        if self.digest != digest:
+            what = f"its first {keep} rows are not as they were when the checkpoint was written"
+            raise JobError(what, file=self.path, remedy="run again without --resume")
+        os.truncate(self.path, size)
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of all that was written."""
+        return self._sum.hexdigest()
 
     def write(self, rows: Mapping[str, Any]) -> None:
         """Some rows, by columns; absent ones stay empty, as NaN does. A row is one line: `_trim` counts them."""
@@ -170,6 +182,7 @@ class RowFile:
         text = frame.write_csv(include_header=False)
         with writing(self.path):
             self._file.write(text)
+        self._sum.update(text.encode())
 
     def flush(self) -> None:
         with writing(self.path):
@@ -205,13 +218,12 @@ def read_partial(path: Path, columns: Sequence[str] = tuple(COLUMNS)) -> pl.Data
     return _lazy(path).select(list(columns)).collect()
 
 
-def refeed(path: Path, feed_mm_min: Floats, time_s: Floats) -> None:
-    """Other feeds (mm/min, NaN for none) and times for the rows of a partial file, whose motions are the same."""
+def refed(path: Path, feed_mm_min: Floats, time_s: Floats) -> pl.DataFrame:
+    """Rows of a partial file with other feeds (mm/min, NaN for none) and times of the same motions."""
     feeds = pl.Series("feed_mm_min", feed_mm_min).fill_nan(None)
-    rows = _lazy(path).collect().with_columns(feeds, pl.Series("time_s", time_s))
+    rows = read_partial(path).with_columns(feeds, pl.Series("time_s", time_s))
     rate = pl.when(pl.col("time_s") > 0).then(60.0 * pl.col("removed_mm3") / pl.col("time_s"))
-    with atomic_path(path) as temporary, _room(temporary):
-        rows.with_columns(rate.alias("mrr_mm3_min")).write_csv(temporary)
+    return rows.with_columns(rate.alias("mrr_mm3_min"))
 
 
 def read_samples(path: Path) -> Iterator[tuple[int, tuple[float, ...]]]:
