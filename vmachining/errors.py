@@ -2,6 +2,7 @@
 
 VMachiningError                 base: message, and where known file, line, column, word, remedy
 ├── InputError                  what the user gave cannot be used: exit code 2; also a ValueError
+│   ├── FullError               a disk, a quota or a limit of the size of files
 │   ├── NCError                 the program
 │   ├── JobError                the job file
 │   ├── ToolError               a tool
@@ -50,6 +51,10 @@ class VMachiningError(Exception):
 
 class InputError(VMachiningError, ValueError):
     """What the user gave cannot be used."""
+
+
+class FullError(InputError):
+    """A disk, a quota or a limit of the size of files leaves no room for a file."""
 
 
 class NCError(InputError):

@@ -1,5 +1,6 @@
 """Several processes on one workpiece give the numbers of one."""
 
+import resource
 from contextlib import closing
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.engines.protocol import Options
 from vmachining.engines.relay import ColumnsFirst
-from vmachining.errors import EngineError
+from vmachining.errors import EngineError, FullError
 from vmachining.geometry import Arc, Line
 from vmachining.job.executor import InProcess, Staff, WorkerPool, executor
 from vmachining.stock import BoxStock
@@ -91,6 +92,16 @@ def test_a_failure_in_a_worker_comes_back_whole():
 
 
 @pytest.mark.slow  # 8 s: five interpreters start
+def test_a_worker_without_room_for_its_share_says_so(tmp_path):
+    """It was an internal failure."""
+    with WorkerPool(MeshEngine(stock(), 0.02), 2) as pool:
+        pool.cut(*PATHS[0], 0)()
+        resource.prlimit(pool._workers[1][0].pid, resource.RLIMIT_FSIZE, (100, 100))
+        with pytest.raises(FullError, match=r"cannot write: File too large; .*set TMPDIR") as caught:
+            pool.save(tmp_path / "whole.npz")
+        assert str(pool._scratch.path) in str(caught.value)
+
+
 def test_with_fixed_shares_every_number_of_workers_gives_the_same_digits(tmp_path):
     box = BoxStock((0, 0, -10), (60, 60, 0))
     lines = [Line((3 * k, -5, -1 - 0.1 * k), (57 - 2 * k, 65, -2)) for k in range(12)]

@@ -186,6 +186,21 @@ def test_what_another_code_began_is_not_continued(run, tmp_path, small, monkeypa
         run(job, out=tmp_path / "1", workers=1, resume=True)
 
 
+def test_a_part_and_a_whole_result_do_not_replace_each_other(tmp_path, small):
+    job = job_of(tmp_path / "job")
+    whole, (one, _) = tmp_path / "whole", parts_of(job, tmp_path, 2)
+    vm.run(job, out=whole).write(whole, report=False)
+    before = {path: path.read_bytes() for folder in (whole, one) for path in folder.iterdir()}
+    with pytest.raises(InputError, match=r"whole: holds the result of this job, .*--force"):
+        run_part(job, Part(1, 2), out=whole)
+    with pytest.raises(InputError, match="1: holds part 1/2 of this job"):
+        run_part(job, Part(2, 2), out=one)
+    with pytest.raises(InputError, match="1: holds part 1/2 of this job"):
+        vm.run(job, out=one)
+    assert {path: path.read_bytes() for folder in (whole, one) for path in folder.iterdir()} == before
+    run_part(job, Part(1, 2), out=whole, force=True)
+
+
 @pytest.mark.parametrize("text", ["0/3", "4/3", "3", "a/b", "1/0", "-1/2", ""])
 def test_words_that_are_no_part(text):
     with pytest.raises(InputError, match="is not understood"):

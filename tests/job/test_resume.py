@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+from unittest import mock
 
 import numpy as np
 import polars as pl
@@ -16,7 +17,8 @@ from vmachining.engines.brep import Status, Verdict
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.errors import InputError, JobError
-from vmachining.job import Job, Stopped, engagement_columns, run
+from vmachining.job import Job, Stopped, cutting, engagement_columns, run
+from vmachining.job.executor import WorkerPool, executor
 from vmachining.job.verdicts import VerdictFile
 
 
@@ -151,6 +153,23 @@ def test_changed_rows_are_not_continued(harm, stage, tmp_path):
     assert run(job, out=tmp_path / "out", engine="mesh").summary["blocks"] == 9
 
 
+@pytest.mark.slow  # 6 s
+def test_a_workpiece_that_was_divided_stays_so(tmp_path, monkeypatch):
+    """Few blocks are left, and fewer processes would be taken: volumes of meshes then had another rounding."""
+    monkeypatch.setattr(WorkerPool, "ahead", 1)
+    job = Job.load(write_job(tmp_path / "job"))
+    with pytest.raises(Stopped):
+        run(job, out=tmp_path / "out", progress=stop_after("program", 5), engine="mesh", workers=2)
+    known = json.loads((tmp_path / "out" / "manifest.json").read_text())["checkpoints"]["program"]
+    assert known["shares"] == 2 and known["done"] < known["total"]
+    seen = []
+    with mock.patch.object(
+        cutting, "executor", lambda *a, **k: seen.append(k["shares"]) or executor(*a, **k)
+    ):
+        run(job, out=tmp_path / "out", resume=True, engine="mesh")
+    assert seen == [2]
+
+
 def test_resume_without_a_run_starts_one_and_wants_a_directory(tmp_path):
     job = Job.load(write_job(tmp_path))
     with pytest.raises(InputError, match="directory"):
@@ -198,20 +217,19 @@ def test_verdicts_are_not_asked_for_again(tmp_path):
     file = tmp_path / "out" / "brep.partial.csv"
     kept = pl.read_csv(file)
     assert kept.height == 2 and kept["status"].to_list() == ["agreed", "agreed"]
-    # one is distinguished by a change that its bracket allows; the other leaves its bracket, so it does not count;
-    # and a third was being written when the power went
-    one, other = kept["removed_brep_mm3"][0] * (1.0 + 1e-7), kept["removed_brep_mm3"][1] * 2.0
-    spoilt = kept.with_columns(pl.Series("removed_brep_mm3", [one, other])).write_csv()
-    file.write_text(spoilt + "7,agr")
+    # one is as it was; another was changed within its bracket; and a third was being written when the power went
+    head, one, other = file.read_text().splitlines()
+    value = repr(kept["removed_brep_mm3"][1])
+    assert value in other
+    file.write_text("\n".join([head, one, other.replace(value, repr(float(value) * (1.0 + 1e-7))), "7,agr"]))
     heard = []
     whom = {"brep": "all", "resume": True, "progress": lambda *words: heard.append(words)}
     result = run(job, out=tmp_path / "out", **whom).blocks
     assert all(
         done == total for stage, done, total in heard if stage in ("program", "scheduled")
     )  # both passes were done
-    first, second = kept["block"].to_list()
-    assert result["removed_brep_mm3"][first] == one != whole["removed_brep_mm3"][first]
-    assert result["removed_brep_mm3"][second] == whole["removed_brep_mm3"][second]
+    assert min(done for stage, done, _ in heard if stage == "brep") == 1
+    assert result["removed_brep_mm3"].to_list() == whole["removed_brep_mm3"].to_list()
     polars.testing.assert_frame_equal(result, whole, rel_tol=1e-6, abs_tol=1e-9)
 
 

@@ -19,15 +19,14 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NoReturn
 
 import typer
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import note, progress_bar
+from vmachining.disk import Scratch
 from vmachining.job import Stopped
-from vmachining.job.files import Scratch
 from vmachining.progress import Progress
 
 IDLE_SECONDS = 1.5
@@ -120,7 +119,7 @@ def _end(message: str) -> NoReturn:
         with suppress(OSError):
             os.kill(process, signal.SIGKILL)
     for thing in gc.get_objects():
-        if type(thing) in (TemporaryDirectory, Scratch):
+        if type(thing) is Scratch:
             with suppress(Exception):
                 thing.cleanup()
     os._exit(Code.INTERRUPTED)

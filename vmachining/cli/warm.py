@@ -6,11 +6,10 @@ import os
 import subprocess
 import sys
 import time
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from vmachining.cli.job_commands import Warm
 from vmachining.cli.screen import note
+from vmachining.disk import Scratch
 
 PROGRAM = """\
 G21 G17 G90 G94 T1 M6 S5000 M3
@@ -76,8 +75,7 @@ def _jobs() -> None:
     from vmachining.job.stock import write_stock
     from vmachining.stock import BoxStock
 
-    with TemporaryDirectory(prefix="vmachining-warm-") as name:
-        folder = Path(name)
+    with Scratch() as folder:
         (folder / "warm.nc").write_text(PROGRAM)
         write_stock(BoxStock((1, 1, -8), (15, 15, -1)).mesh(0.1)[0], folder / "warm.stl")
         job = Job.from_mapping(JOB, folder)
@@ -93,8 +91,8 @@ def demonstrated() -> None:
     from vmachining.cli.demo import demo_job
     from vmachining.job import Job, run
 
-    with TemporaryDirectory(prefix="vmachining-warm-") as name:
-        run(Job.load(demo_job("slot")), workers=1).write(Path(name) / "demo")
+    with Scratch() as folder:
+        run(Job.load(demo_job("slot")), workers=1).write(folder / "demo")
 
 
 def _turns() -> None:

@@ -14,9 +14,10 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, cast
 
+from vmachining.disk import scribbling
 from vmachining.engines import engine_class
 from vmachining.engines.protocol import NOTHING, Batched, Divisible, Engine, Removal, Request, Share
-from vmachining.errors import EngineError
+from vmachining.errors import EngineError, VMachiningError
 from vmachining.memory import peak_mb
 from vmachining.sweep import Sweep
 from vmachining.tool import Profile
@@ -57,7 +58,7 @@ def serve(descriptor: int) -> None:
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         name, start, own, shares = line.recv()
         engines: dict[int, Engine] = {}
-        failed: EngineError | None = None
+        failed: VMachiningError | None = None
         try:
             engines = dict(zip(own, shares_of(name, Path(start), own, shares), strict=True))
         except EngineError as error:
@@ -77,7 +78,7 @@ def serve(descriptor: int) -> None:
                         Request(Sweep.along(profiles[tool], path), *more) for _, tool, path, *more in orders
                     ]
                     told.extend(told_by(engines.values(), some))
-                except EngineError as error:
+                except VMachiningError as error:
                     failed = error
                     told.append(error)
                 except Exception as error:  # whatever it is, it must reach the one who asked
@@ -93,8 +94,9 @@ def _done(engines: dict[int, Engine], profiles: dict[int, Profile], order: tuple
             profiles[number] = profile
             return []
         case ("save", folder):
-            for share, engine in engines.items():
-                engine.save(Path(folder) / f"{share}.npz")
+            with scribbling(Path(folder)):
+                for share, engine in engines.items():
+                    engine.save(Path(folder) / f"{share}.npz")
         case ("forget others", blocks):
             for engine in engines.values():
                 cast("Divisible", engine).forget_others(blocks)

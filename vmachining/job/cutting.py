@@ -9,11 +9,10 @@ from typing import Any
 
 from vmachining.engines import engine_class, entry_of
 from vmachining.engines.protocol import Engine
-from vmachining.errors import InputError
+from vmachining.errors import FullError
 from vmachining.job.contact import Contacts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, SHARES
 from vmachining.job.executor import Executor, InProcess, Staff, executor
-from vmachining.job.files import is_full
 from vmachining.job.folder import WORKING, usable
 from vmachining.job.given import Given
 from vmachining.job.jobfile import Job
@@ -120,19 +119,17 @@ class Cutting:
             self.record.checkpoint(name, hands, done, len(toolpath.blocks), shares=shares, rows=rows.digest)
 
         try:
-            with RowFile(rows_path, keep=first, digest=known and known["rows"]) as rows:
+            with RowFile(rows_path, keep=first, digest=None if known is None else known["rows"]) as rows:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
             if left:
                 checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
             self.record.spent.most_mb = max(self.record.spent.most_mb, peak_mb() + hands.peak_mb())
             return hands.finish()
-        except InputError as exc:
-            if not is_full(exc):
-                raise
+        except FullError as exc:
             kept, known = drop_torn_row(rows_path), self.record.known(name)
             goes_on = "starts again" if known is None else f"continues after block {known['done']}"
             what = f"{exc.message}; {kept} of {len(toolpath.blocks)} blocks are in {rows_path.name}"
-            raise InputError(
+            raise FullError(
                 what, file=exc.file, remedy=f"free some disk space, then --resume {goes_on}"
             ) from exc
         finally:

@@ -11,13 +11,13 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
 import polars as pl
 
 from vmachining.arrays import Floats
+from vmachining.disk import Scratch
 from vmachining.engagement import Engagement, chip_points, chip_table
 from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job.brep import parse_blocks, refuse_beyond
@@ -113,9 +113,9 @@ def engage_many(
         first, size = first + size, min(2 * size, BATCH)
     rows: list[list[dict[str, Any]]] = [[] for _ in errands]
     done, stopped = 0, False
-    with TemporaryDirectory(dir=folder, prefix=".engagement-") as parts:
+    with Scratch(folder) as parts:
         try:
-            for k, found in _answers(job, errands, Path(parts), workers, options, chips):
+            for k, found in _answers(job, errands, parts, workers, options, chips):
                 rows[k] = found
                 done += len(found)
                 if progress is not None:
@@ -124,11 +124,11 @@ def engage_many(
             stopped = done < len(asked)
             if not done:
                 raise
-        known = [k for k, found in enumerate(rows) if found and _part(Path(parts), k).exists()]
+        known = [k for k, found in enumerate(rows) if found and _part(parts, k).exists()]
         table = pl.DataFrame([row for found in rows for row in found], schema=POSITION_COLUMNS)
         number = pl.struct("block", "at").rank("dense").cast(pl.Int64).alias("position") - 1
         for kind in ("engagement", *(("chips", "chip_points") if chips else ())):
-            told = pl.scan_parquet([_part(Path(parts), k, kind) for k in known])
+            told = pl.scan_parquet([_part(parts, k, kind) for k in known])
             with atomic_path(folder / f"{kind}.parquet") as temporary:
                 (told if kind == "engagement" else told.with_columns(number)).sink_parquet(temporary)
     write_table(table, folder / "positions.parquet", folder / "positions.csv")
@@ -211,11 +211,9 @@ class _Desk:
                 table, shape = _chips(found, position, self.clock, start + position.at * own)
                 chips.append(table)
                 points.append(shape)
-        if chips:
-            pl.concat(chips).write_parquet(_part(self.folder, number, "chips"))
-            pl.concat(points).write_parquet(_part(self.folder, number, "chip_points"))
-        if tables:
-            pl.concat(tables).write_parquet(_part(self.folder, number))
+        for kind, frames in (("chips", chips), ("chip_points", points), ("engagement", tables)):
+            if frames:
+                write_table(pl.concat(frames), _part(self.folder, number, kind))
         return rows
 
 

@@ -19,14 +19,14 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Any, NoReturn, Protocol, TypeAlias, cast
 
+from vmachining.disk import Scratch, scribbling
 from vmachining.engines import entry_of
 from vmachining.engines.protocol import Divisible, Engine, Removal, Request
 from vmachining.engines.serving import joined, shares_of, told_by
-from vmachining.errors import EngineError
+from vmachining.errors import EngineError, VMachiningError
 from vmachining.geometry import Arc, Line
 from vmachining.processes import Child, dismiss, start
 from vmachining.sweep import Sweep, Turn
@@ -133,8 +133,8 @@ class InProcess:
         self._given = 0
         self._answers: dict[int, Removal] = {}
         if shares > 1:
-            with TemporaryDirectory(prefix="vmachining-shares-") as folder:
-                engine.save(start := Path(folder) / "start.npz")
+            with Scratch() as folder, scribbling(folder):
+                engine.save(start := folder / "start.npz")
                 self._engines = shares_of(engine.name, start, own or range(shares), shares)
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
@@ -189,8 +189,8 @@ class InProcess:
             return self._engines[0]
         if self._known_whole is not None:
             return self._known_whole
-        with TemporaryDirectory(prefix="vmachining-shares-") as folder:
-            files = [Path(folder) / f"{share}.npz" for share in range(len(self._engines))]
+        with Scratch() as folder, scribbling(folder):
+            files = [folder / f"{share}.npz" for share in range(len(self._engines))]
             for engine, file in zip(self._engines, files, strict=True):
                 engine.save(file)
             whole = self._known_whole = joined(self.engine, files)
@@ -214,6 +214,8 @@ class WorkerPool:
     ------
     EngineError
         A worker reports a failure of its kernel, or has died; names the block where one is known.
+    FullError
+        A worker finds no room for its shares.
     """
 
     ahead = 256
@@ -229,10 +231,11 @@ class WorkerPool:
         self._answers: list[deque[list[Removal]]] = []
         self._sums: dict[int, Removal] = {}
         self._known_whole: Divisible | None = None  # as it was saved, while nothing is cut after that
-        self._folder = TemporaryDirectory(prefix="vmachining-workers-")
+        self._scratch = Scratch()
         self._workers: list[Child] = []
-        start = Path(self._folder.name) / "start.npz"
-        engine.save(start)
+        start = self._scratch.path / "start.npz"
+        with scribbling(self._scratch.path):
+            engine.save(start)
         try:
             for part in range(min(workers, self._shares)):
                 self._workers.append(_hire() if staff is None else staff.one())
@@ -281,7 +284,7 @@ class WorkerPool:
         """See `Executor`."""
         dismiss(self._workers)
         self._workers.clear()
-        self._folder.cleanup()
+        self._scratch.cleanup()
 
     def peak_mb(self) -> float:
         """See `Executor`."""
@@ -339,7 +342,7 @@ class WorkerPool:
         except (EOFError, OSError):
             self._lost(part)
         for answer in answers:
-            if isinstance(answer, EngineError):
+            if isinstance(answer, VMachiningError):
                 raise answer
             self._answers[part].append(answer)
 
@@ -365,10 +368,9 @@ class WorkerPool:
 
     def _collected(self) -> Divisible:
         """The joined workpiece after all orders so far."""
-        self._all("save", self._folder.name)
-        return joined(
-            self.engine, [Path(self._folder.name) / f"{share}.npz" for share in range(self._shares)]
-        )
+        folder = self._scratch.path
+        self._all("save", str(folder))
+        return joined(self.engine, [folder / f"{share}.npz" for share in range(self._shares)])
 
 
 class Staff:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import importlib.metadata
 import json
 import os
 import platform
-import shutil
-import tempfile
-import weakref
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vmachining.disk import writing
 from vmachining.errors import InputError, JobError
 from vmachining.textfile import parse_json
 
@@ -51,17 +48,6 @@ PACKAGES = (
 )  # fmt: skip
 
 
-class Scratch:
-    """A temporary directory that goes with whoever keeps it last, or with the process.
-
-    `TemporaryDirectory` does so, too, but warns that nobody closed it; a result without `out` has no end to close it at.
-    """
-
-    def __init__(self) -> None:
-        self.name = tempfile.mkdtemp(prefix="vmachining-")
-        self.cleanup = weakref.finalize(self, shutil.rmtree, self.name, ignore_errors=True)
-
-
 @contextmanager
 def atomic_path(target: Path) -> Iterator[Path]:
     """A temporary path beside `target` that takes its place when the block ends without an error.
@@ -86,22 +72,6 @@ def atomic_path(target: Path) -> Iterator[Path]:
 def temporary_name(target: Path, process: int) -> Path:
     """Where a process writes what is to become `target`."""
     return target.with_name(f".{target.stem}.{process}.tmp{target.suffix}")
-
-
-@contextmanager
-def writing(target: Path) -> Iterator[None]:
-    """Failures of the operating system as refusals that name the file."""
-    try:
-        yield
-    except OSError as exc:
-        remedy = "choose another --out or free some disk space"
-        raise InputError(f"cannot write: {exc.strerror or exc}", file=target, remedy=remedy) from exc
-
-
-def is_full(error: BaseException) -> bool:
-    """Whether a refusal comes from a disk that is full, a quota or a limit of the size of files."""
-    cause = error.__cause__
-    return isinstance(cause, OSError) and cause.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def make_folder(folder: Path) -> None:

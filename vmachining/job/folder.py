@@ -23,6 +23,7 @@ from typing import Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from vmachining.disk import writing
 from vmachining.errors import EngineError, InputError, JobError
 from vmachining.job.files import (
     MANIFEST,
@@ -34,7 +35,6 @@ from vmachining.job.files import (
     temporary_name,
     versions,
     write_json,
-    writing,
 )
 
 RUN = "vmachining run"

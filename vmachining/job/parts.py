@@ -15,20 +15,20 @@ from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple, cast
 from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
 
 from vmachining.checkpoint import DAMAGE, Saved, opened
+from vmachining.disk import Scratch, scribbling
 from vmachining.engines import engine_class
 from vmachining.engines.protocol import Divisible, Engine, Removal, Share
 from vmachining.engines.serving import joined
-from vmachining.errors import EngineError, InputError
+from vmachining.errors import EngineError, FullError, InputError
 from vmachining.job.executor import InProcess, Later
 from vmachining.job.files import other_origin
-from vmachining.job.folder import ResultFolder, usable
+from vmachining.job.folder import ResultFolder, is_made, usable
 from vmachining.job.paths import CutterPath
 from vmachining.tool import Profile
 
@@ -40,25 +40,17 @@ def _unpacked(file: Path) -> Iterator[Path]:
     """A directory with what lies in a file of `Noted.save`.
 
     Raises EngineError: It is missing, damaged or something else.
+    Raises FullError: No room to unpack it.
     """
-    with TemporaryDirectory() as folder:
+    with Scratch() as folder:
         try:
-            with ZipFile(file) as archive:
+            with ZipFile(file) as archive, scribbling(folder):
                 archive.extractall(folder)
+        except FullError:
+            raise
         except DAMAGE as exc:
             raise EngineError(f"checkpoint {file.name} cannot be read: {exc}", engine="part") from exc
-        yield Path(folder)
-
-
-@contextmanager
-def _whole(file: Path) -> Iterator[None]:
-    """Raises InputError: The file of a part cannot be read within."""
-    try:
-        yield
-    except EngineError as exc:
-        raise InputError(
-            f"this part cannot be used: {exc.reason}", file=file, remedy="make the part again"
-        ) from exc
+        yield folder
 
 
 class Part(NamedTuple):
@@ -123,15 +115,14 @@ class Noted(InProcess):
             arrays[f"proven{share}"] = np.frombuffer(bytes(self._proven[k]), dtype=np.uint8)
             arrays[f"named{share}"] = np.frombuffer(bytes(self._named[k]), dtype=np.uint8)
         state = {"shares": self._own, "names": self._names, "notes": self._notes}
-        with (
-            TemporaryDirectory(dir=path.parent, prefix=".") as folder,
-            ZipFile(path, "w", ZIP_STORED) as archive,
-        ):
-            for share, engine in zip(self._own, self._engines, strict=True):
-                engine.save(file := Path(folder) / f"{share}.npz")
-                archive.write(file, file.name)
-            Saved("part", state, arrays).write(file := Path(folder) / ANSWERS)
-            archive.write(file, file.name)
+        with Scratch() as folder:
+            with scribbling(folder):
+                for share, engine in zip(self._own, self._engines, strict=True):
+                    engine.save(folder / f"{share}.npz")
+                Saved("part", state, arrays).write(folder / ANSWERS)
+            with ZipFile(path, "w", ZIP_STORED) as archive:
+                for file in folder.glob("*.npz"):
+                    archive.write(file, file.name)
 
     def _continue(self, known: Path, shares: int) -> None:
         kind = cast("type[Divisible]", engine_class(self.engine))
@@ -163,10 +154,10 @@ class Replayed:
     def __init__(self, engine: Engine, files: Sequence[Path]) -> None:
         self.engine, self.chord = engine.name, engine.chord
         self._whole, self._next = engine, 0
-        self._folder = TemporaryDirectory(prefix="vmachining-parts-")
+        self._scratch = Scratch()
         self._shares: dict[int, _Answers] = {}
         for file in files:
-            with _whole(file), _unpacked(file) as folder:
+            with _unpacked(file) as folder:
                 with opened(folder / ANSWERS, "part") as saved:
                     state, arrays = saved.state, saved.arrays
                 for k, share in enumerate(state["shares"]):
@@ -174,7 +165,7 @@ class Replayed:
                         arrays[f"numbers{share}"], arrays[f"proven{share}"], arrays[f"named{share}"],
                         state["names"], state["notes"][k],
                     )  # fmt: skip
-                    (folder / f"{share}.npz").rename(Path(self._folder.name) / f"{share}.npz")
+                    (folder / f"{share}.npz").rename(self._scratch.path / f"{share}.npz")
         counts = {len(answers.numbers) for answers in self._shares.values()}
         if len(counts) != 1 or sorted(self._shares) != list(range(len(self._shares))):
             what = f"the parts answered {sorted(counts)} orders with shares {sorted(self._shares)}"
@@ -210,7 +201,7 @@ class Replayed:
         """
         if self._next not in (0, self._orders):
             raise self._another(str(self._next))
-        files = [Path(self._folder.name) / f"{share}.npz" for share in range(len(self._shares))]
+        files = [self._scratch.path / f"{share}.npz" for share in range(len(self._shares))]
         if len(files) == 1:
             return engine_class(self.engine).load(files[0])
         whole = joined(self.engine, files)
@@ -222,7 +213,7 @@ class Replayed:
         return 0.0
 
     def close(self) -> None:
-        self._folder.cleanup()
+        self._scratch.cleanup()
 
 
 class _Answers(NamedTuple):
@@ -280,7 +271,10 @@ def read_parts(folders: Sequence[Path]) -> Parts:
         points = manifest["checkpoints"]
         for name, files in (("program", cut), ("engagement", contact)):
             if name in points:
-                files.append(folder / points[name]["file"])
+                files.append(path := folder / points[name]["file"])
+                if not is_made(path, manifest["files"]):
+                    what = "this part cannot be used: it is missing, or not as it was made"
+                    raise InputError(what, file=path, remedy="make the part again")
     if not found:
         raise InputError("no parts are given", remedy="vmachining merge DIR... --out DIR")
     count = part.of

@@ -102,19 +102,24 @@ class Record:
 
 
 def refuse_other_job(old: Mapping[str, Any], new: Mapping[str, Any], folder: Path) -> None:
-    """Refuse to replace what another job has made: one of another file with other content, or without files of another name.
+    """Refuse to replace what another job has made: one of another file with other content, or without files of another name;
+    and by a part of a run, or by a whole one, what is not the same part.
 
     Raises InputError: Names that job.
     """
     files = [manifest.get("job_file") for manifest in (old, new)]
     digests = [manifest.get("inputs", {}).get("job", {}).get("sha256") for manifest in (old, new)]
+    part, other = (manifest.get("options", {}).get("part") for manifest in (old, new))
     named = old.get("job") == new["job"]
-    if named if None in files else (files[0] == files[1] or digests[0] == digests[1]):
+    same = named if None in files else (files[0] == files[1] or digests[0] == digests[1])
+    if same and part == other:
         return
     whose = f"{old.get('job')!r} of {files[0]}" if files[0] else f"{old.get('job')!r}"
-    ended = "the result" if old.get("complete") else "an unfinished run"
+    ended = f"part {part}" if part else "the result" if old.get("complete") else "an unfinished run"
     remedy = "choose another --out, or replace it with --force"
-    raise InputError(f"holds {ended} of another job, {whose}", file=folder, remedy=remedy)
+    raise InputError(
+        f"holds {ended} of {'this' if same else 'another'} job, {whose}", file=folder, remedy=remedy
+    )
 
 
 STAGES = ("read", "cut", "contact", "plan", "judge", "check", "files")

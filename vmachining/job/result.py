@@ -10,6 +10,7 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Literal
 
+from vmachining.disk import Scratch
 from vmachining.engagement import Engagement
 from vmachining.engagement.along import Sweeps
 from vmachining.engines.protocol import Engine, StockSurface
@@ -18,7 +19,7 @@ from vmachining.htmltable import facts_html, table_html
 from vmachining.interval import Interval
 from vmachining.job.brep import blank, refuse_beyond, write_step
 from vmachining.job.engage import EdgeKind, Method, Scene, engage
-from vmachining.job.files import STAGES, TABLES, Scratch, between, make_folder, read_table, write_json
+from vmachining.job.files import STAGES, TABLES, between, make_folder, read_table, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
 from vmachining.job.record import Spent, refuse_other_job

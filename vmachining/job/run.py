@@ -7,11 +7,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 
+from vmachining.disk import Scratch
 from vmachining.engines import engine_class
 from vmachining.errors import InputError
 from vmachining.job.brep import parse_brep
 from vmachining.job.course import Course
-from vmachining.job.files import Scratch
 from vmachining.job.folder import FolderLock
 from vmachining.job.given import RunOptions
 from vmachining.job.jobfile import Job
@@ -91,7 +91,7 @@ def run(
     )  # fmt: skip
     with (
         shown(progress) as seen,
-        _working(job, Path(keep.name if keep else str(out)), asked, seen, stop, lock) as work,
+        _working(job, keep.path if keep else Path(str(out)), asked, seen, stop, lock) as work,
     ):
         result = work.go()
     result.account()

@@ -23,7 +23,7 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
 from vmachining.errors import JobError
 from vmachining.job.files import MANIFEST, STAGES, atomic_path, other_origin, sha256
-from vmachining.job.folder import PATTERN, WORKING, ResultFolder
+from vmachining.job.folder import PATTERN, WORKING, ResultFolder, is_made
 from vmachining.job.jobfile import Job
 from vmachining.textfile import parse_json
 
@@ -149,7 +149,7 @@ def finished(job: Job, folder: Path, wanted: Mapping[str, Any] | None = None) ->
     manifest = ResultFolder(folder).earlier()
     if manifest is None or not manifest.get("complete") or not same_inputs(job, manifest):
         return None
-    if not all((folder / name).is_file() for name in manifest.get("outputs", ())):
+    if not all(is_made(folder / name, manifest["files"]) for name in manifest.get("outputs", ())):
         return None
     options, accuracy = manifest.get("options", {}), job.keys.accuracy
     own = {name: getattr(accuracy, name) for name in ("chord_mm", "width", "width_mm3")}

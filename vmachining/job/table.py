@@ -9,12 +9,9 @@ for bit. blocks.csv has `DIGITS` of them, so that what was 0.102 does not read 0
 from __future__ import annotations
 
 import csv
-import errno
 import hashlib
 import os
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any, TextIO
@@ -23,8 +20,9 @@ import numpy as np
 import polars as pl
 
 from vmachining.arrays import Floats
+from vmachining.disk import writing
 from vmachining.errors import JobError
-from vmachining.job.files import atomic_path, writing
+from vmachining.job.files import atomic_path
 
 BLOCKS: dict[str, tuple[type[pl.DataType], str]] = {
     "block": (pl.Int64, "number of the block, from 0, in program order"),
@@ -93,9 +91,6 @@ NO_CSV = f"tables of more than {MOST_CSV:,} blocks are written as .parquet only;
 
 ROW_GROUP = 2**17
 """Rows that a reader of Parquet files takes at a time."""
-
-ROOM = 2**20
-"""Bytes; with less than that a table that cannot be written is taken to lack room."""
 
 SAMPLES = "samples_mm3"
 """Extra column of the partial file: volumes of the equal parts of a block, for the scheduler."""
@@ -234,17 +229,6 @@ def read_samples(path: Path) -> Iterator[tuple[int, tuple[float, ...]]]:
                 yield int(row["block"]), tuple(float(v) for v in row[SAMPLES].split())
 
 
-@contextmanager
-def _room(path: Path) -> Iterator[None]:
-    """Polars has its own error for a disk that is full."""
-    try:
-        yield
-    except pl.exceptions.PolarsError as exc:
-        if shutil.disk_usage(path.parent).free > ROOM:
-            raise
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from exc
-
-
 def _joined(frame: pl.LazyFrame, more: pl.DataFrame, said: str | None) -> pl.LazyFrame:
     """The table with columns of `COLUMNS` in place of its own; said : one that joins the warning, where it is not empty."""
     names = [name for name in more.columns if name in COLUMNS and name != "block"]
@@ -281,9 +265,9 @@ def finish(
         if more is not None:
             frame = _joined(frame, more, said)
     frame = frame.select(list(COLUMNS))
-    with atomic_path(folder / f"{stem}.parquet") as temporary, _room(temporary):
+    with atomic_path(folder / f"{stem}.parquet") as temporary:
         frame.sink_parquet(temporary, row_group_size=ROW_GROUP)
     if not csv:
         return
-    with atomic_path(folder / f"{stem}.csv") as temporary, _room(temporary):
+    with atomic_path(folder / f"{stem}.csv") as temporary:
         readable(pl.scan_parquet(folder / f"{stem}.parquet")).sink_csv(temporary)

@@ -8,22 +8,25 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from io import StringIO
 from pathlib import Path
+from zlib import crc32
 
+from vmachining.disk import writing
 from vmachining.engines.brep import Status, Verdict
 from vmachining.engines.judges import Judge, intersection
 from vmachining.engines.protocol import Removal
-from vmachining.job.files import atomic_path, writing
+from vmachining.job.files import atomic_path
 
 NAMES = (
     "block", "status", "removed_brep_mm3", "removed_brep_error_mm3", "number", "attempt", "seconds", "sweeps", "reason",
-    "limit_s", "dexel_lo_mm3", "dexel_mm3", "dexel_hi_mm3",
+    "limit_s", "dexel_lo_mm3", "dexel_mm3", "dexel_hi_mm3", "check",
 )  # fmt: skip
+"""check : CRC-32 of the cells before it."""
 
 
 class VerdictFile:
     """One row per verdict, in the order they come.
 
-    path : Path, continues where it ends; a torn last row (power cut) is dropped.
+    path : Path, continues where it ends; a torn last row (power cut) is dropped, and so is one that was changed.
     judges : {block: what is said of it}
         Values that they do not allow any more, and blocks that are not there, are not `known`.
     seconds : limit of a block; refusals that had less are not `known`.
@@ -36,7 +39,9 @@ class VerdictFile:
         text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
         for row in csv.DictReader(StringIO(text[: text.rfind("\n") + 1], newline="")):
             with suppress(TypeError, ValueError, KeyError):
-                self._take(row, judges)
+                cells = tuple(row.values())
+                if cells == _checked(*cells[:-1]):
+                    self._take(row, judges)
         with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
             sheet = csv.writer(file, lineterminator="\n")
             sheet.writerow(NAMES)
@@ -73,11 +78,15 @@ class VerdictFile:
 
 def _row(block: int, verdict: Verdict, limit: float) -> tuple[str, ...]:
     rays = next((judge.removal for judge in verdict.judges if judge.name == "dexel"), None)
-    return (
+    return _checked(
         str(block), str(verdict.status), _text(verdict.removed_mm3), _text(verdict.error_mm3), str(verdict.number),
         verdict.attempt, repr(verdict.seconds), str(verdict.sweeps), verdict.reason, repr(limit),
         *map(_text, (None, None, None) if rays is None else rays[:3]),
     )  # fmt: skip
+
+
+def _checked(*cells: str) -> tuple[str, ...]:
+    return *cells, f"{crc32(repr(cells).encode()):08x}"
 
 
 def _text(value: float | None) -> str:
@@ -89,7 +98,7 @@ def _number(text: str) -> float | None:
 
 
 def _judges(row: Mapping[str, str]) -> tuple[Judge, ...]:
-    lo, estimate, hi = (_number(row[name]) for name in NAMES[-3:])
+    lo, estimate, hi = (_number(row[name]) for name in NAMES[-4:-1])
     if lo is None or estimate is None or hi is None:
         return ()
     return (Judge("dexel", Removal(lo, estimate, hi, proven=False)),)

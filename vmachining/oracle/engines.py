@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import reduce
 from itertools import combinations
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any, cast
 
@@ -15,6 +14,7 @@ import numpy as np
 import polars as pl
 
 from vmachining.arrays import Bools, Floats
+from vmachining.disk import Scratch
 from vmachining.engines import ENGINES, entry_of
 from vmachining.engines.protocol import NOTHING, Batched, Engine, Removal, Request
 from vmachining.errors import InputError, VMachiningError
@@ -276,13 +276,13 @@ def _by_brep(
     """
     out = _nothing(BREP, len(numbers))
     try:
-        with TemporaryDirectory(prefix="vmachining-") as folder:
+        with Scratch() as folder:
             result = run(
                 job, engine="columns", out=folder, brep="all" if whole else ",".join(map(str, numbers)), brep_seconds=seconds,
                 progress=progress, stop=stop,
             )  # fmt: skip
             rows = result.blocks.select("block", "removed_brep_mm3", "removed_brep_error_mm3")
-            times = pl.read_csv(Path(folder) / "brep.partial.csv").select("block", "seconds")
+            times = pl.read_csv(folder / "brep.partial.csv").select("block", "seconds")
     except VMachiningError as error:
         return replace(out, refused=str(error))
     row = {number: k for k, number in enumerate(numbers)}

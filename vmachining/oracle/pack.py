@@ -14,11 +14,11 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from copy import copy
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import polars as pl
 
+from vmachining.disk import Scratch
 from vmachining.errors import EngineError, InputError, JobError, SweepError
 from vmachining.job import Job, RunResult, Scene, engage, run
 from vmachining.job.brep import blank, write_step
@@ -133,9 +133,8 @@ def write_pack(
     place = ResultFolder(folder, kind=KIND, names=(*OWN, *given), pattern=None)
     place.refuse_foreign(job.inputs, same=_same(folder, given))
     result = run(_without_feed(job), engine=engine, brep=brep, workers=workers, progress=progress)
-    with TemporaryDirectory(prefix="vmachining-pack-") as scratch:
+    with Scratch() as made:
         # everything is made before the first byte of an earlier pack goes: it may hold our own inputs
-        made = Path(scratch)
         for name, data in given.items():
             (made / name).write_bytes(data)
         told |= _outputs(result, made, formats)

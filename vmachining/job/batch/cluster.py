@@ -29,6 +29,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 from urllib.parse import urlsplit
 
+from vmachining.disk import writing
 from vmachining.errors import InputError
 from vmachining.job.batch.one import (
     PROGRESS,
@@ -39,7 +40,7 @@ from vmachining.job.batch.one import (
     Row,
     start_child,
 )
-from vmachining.job.files import signature, write_atomic, writing
+from vmachining.job.files import signature, write_atomic
 from vmachining.processes import Child, dismiss
 
 CONNECT_SECONDS = 10.0

@@ -13,9 +13,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from vmachining.disk import writing
 from vmachining.errors import InputError, VMachiningError
 from vmachining.job.batch.one import BATCH_COLUMNS, Ended, LocalPool, Order, Pool, Row, mark
-from vmachining.job.files import atomic_path, make_folder, sha256, temporary_name, versions, writing
+from vmachining.job.files import atomic_path, make_folder, sha256, temporary_name, versions
 from vmachining.job.folder import FolderLock, ResultFolder, now, program_words
 from vmachining.job.jobfile import Job
 from vmachining.progress import stop_flag

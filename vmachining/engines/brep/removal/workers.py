@@ -9,12 +9,12 @@ number of blocks, because OCCT does not give all memory back.
 from __future__ import annotations
 
 import queue
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from vmachining.disk import Scratch
 from vmachining.engines.brep.process import START_SECONDS, Late, WorkerLost, WorkerProcess, isolated
 from vmachining.engines.brep.removal.attempts import ATTEMPTS
 from vmachining.engines.brep.removal.check import JUDGES, SOLIDS, Witness, checker
@@ -114,8 +114,8 @@ def check_blocks(
     """
     # a block needs what came before it, no worker needs what comes after the last one asked for
     last = max(asked, default=-1)
-    folder = tempfile.TemporaryDirectory(prefix="vmachining-", ignore_cleanup_errors=True)
-    setup = (stock, [list(block) for block in blocks[: last + 1]], Path(folder.name), witness)
+    folder = Scratch()
+    setup = (stock, [list(block) for block in blocks[: last + 1]], folder.path, witness)
     items = [(number, _judges(said)) for number, said in sorted(asked.items())]
     run = max(1, min(RUN, len(items) // (8 * max(1, workers))))
     waiting: queue.SimpleQueue[list[tuple[int, Sequence[Judge]]]] = queue.SimpleQueue()

@@ -1,0 +1,107 @@
+"""What a file system refuses, as one clear message; and temporary directories that nobody leaves behind."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import platform
+import shutil
+import tempfile
+import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+
+from vmachining.errors import FullError, InputError
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""No room: on the disk, in a quota, below the limit of the size of files."""
+
+LEAST = 2**20
+"""Bytes; with less than that a table that polars cannot write, with an error of its own, is taken to lack room."""
+
+
+@contextmanager
+def writing(target: Path, remedy: str = "choose another --out or free some disk space") -> Iterator[None]:
+    """Failures of the operating system as refusals that name the file: `FullError`, or else InputError."""
+    try:
+        yield
+    except Exception as exc:
+        number, why = getattr(exc, "errno", None), getattr(exc, "strerror", None) or exc
+        if type(exc).__module__ == "polars.exceptions" and shutil.disk_usage(target.parent).free <= LEAST:
+            number, why = errno.ENOSPC, os.strerror(errno.ENOSPC)
+        elif not isinstance(exc, OSError):
+            raise
+        kind = FullError if number in FULL else InputError
+        raise kind(f"cannot write: {why}", file=target, remedy=remedy) from exc
+
+
+@contextmanager
+def scribbling(folder: Path) -> Iterator[None]:
+    """The same for files of a temporary directory, in whatever process."""
+    with writing(folder, "free some disk space there, or set TMPDIR to another directory"):
+        yield
+
+
+LOCK = ".lock"
+
+
+class Scratch:
+    """A temporary directory: it goes at the end of a `with`, with whoever keeps it last, or with the process.
+
+    One whose process was killed goes when the next one is made beside it: it is locked while its process lives.
+
+    path : Path. where : what to make it in; None: what the system has for that.
+
+    Raises InputError: It cannot be made.
+    """
+
+    def __init__(self, where: Path | None = None) -> None:
+        where = where or Path(tempfile.gettempdir())
+        _tidy(where)
+        with scribbling(where):
+            self.path, lock = _made(where)
+        self.cleanup = weakref.finalize(self, _remove, self.path, lock)
+
+    def __enter__(self) -> Path:
+        return self.path
+
+    def __exit__(self, *_: object) -> None:
+        self.cleanup()
+
+
+def _prefix() -> str:
+    """Of this machine: what the lock of another one means is not known here."""
+    return f".vmachining-{platform.node()}-"
+
+
+def _made(where: Path) -> tuple[Path, int]:
+    while True:
+        path = Path(tempfile.mkdtemp(prefix=_prefix(), dir=where))
+        lock = os.open(path / LOCK, os.O_RDWR | os.O_CREAT)
+        with suppress(OSError):  # a file system without locks: nobody tidies up there
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        if path.exists():
+            return path, lock
+        os.close(lock)  # tidied up by another process before it was locked
+
+
+def _remove(path: Path, lock: int) -> None:
+    shutil.rmtree(path, ignore_errors=True)
+    with suppress(OSError):
+        os.close(lock)
+
+
+@cache
+def _tidy(where: Path) -> None:
+    """Remove directories of killed processes."""
+    for path in where.glob(f"{_prefix()}*"):
+        with suppress(OSError):
+            lock = os.open(path / LOCK, os.O_RDWR)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(path, ignore_errors=True)
+            finally:
+                os.close(lock)
