@@ -187,3 +187,16 @@ def test_a_file_for_turning_is_one_finding():
         b"LOADTL/2\nSPINDL/RPM,900,CLW\nFEDRAT/9,IPM\nGOTO/1.,.1\nGOTO/.8,-1.\nFINI\n", "t", dialect="auto"
     )
     assert [(f.code, f.line) for f in program.errors] == [("E109", 4)]
+
+
+def test_tools_of_catia_leave_fields_empty_and_remarks_of_creo_continue():
+    text = (
+        "$$-> CSYS / 1.0, 0.0, 0.0, 0.0, $\n            0.0, 1.0, 0.0, 0.0, $\n            0.0, 0.0, 1.0, 0.0\nUNITS/MM\n"
+        "TOOLNO/7,MILL,   10.0,    2.0,  ,  100.0,$\n   50.0,   ,   60.0\nLOADTL/7\n$$-> CUTTER / 12.0\nFEDRAT/300.0,MMPM\n"
+        "GOTO/1.0,2.0,3.0\nFINI\n"
+    )
+    (move,) = read(text).moves
+    assert (move.tool, move.end) == (7, (1.0, 2.0, 3.0))
+    assert cutter_notes(text.splitlines(), 1.0)[7].diameter_mm == 12.0
+    wrong = parse_program(b"UNITS/MM\nFEDRAT/300.0,MMPM\nGOTO/1.0,,3.0\nFINI\n", "p.cls", dialect="apt")
+    assert [f.code for f in wrong.errors] == ["E102"]

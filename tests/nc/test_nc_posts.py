@@ -298,3 +298,9 @@ def test_tool_centre_point_control_of_okuma():
     program = clean("O1\nG21 G90\nT1 M6\nG169 H1\nG1 X5. A10. C20. F100\nG170\nG0 X1.\nM2", "okuma")
     assert [m.tcp for m in program.moves] == [True, False]
     assert program.moves[0].rotary_deg == {"a": 10.0, "c": 20.0}
+
+
+def test_okuma_calls_repeat():
+    text = b"O1\nG21 G90\nG15 H1\nG0 X1.\nCALL OSUB Q3\nM2\nOSUB\nG91 G0 X10.\nG90\nRTS\n"
+    program = parse_program(text, "a.min", dialect="auto")
+    assert not program.errors and [move.end[0] for move in program.moves] == [1.0, 11.0, 21.0, 31.0]

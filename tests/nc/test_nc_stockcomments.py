@@ -122,3 +122,10 @@ def test_stock_that_holds_no_numbers_is_passed_over(text):
 def test_a_zero_in_words_that_are_not_known_is_a_guess(datum, low, sure):
     first, _, known = placed(StockNote(1, "", size=(10.0, 20.0, 4.0), datum=datum), (0, 0, -1), (1, 1, 0))
     assert (first, known) == (pytest.approx(low), sure)
+
+
+def test_a_cut_below_zero_speaks_for_a_top_at_zero():
+    """From 0.2 above the zero to 1/8 inch below it, in a board of 3/4 inch; and through one that lies upon the zero."""
+    note = stock_note(["( Material Size)", "( X= 12.0, Y= 6.0, Z= 0.75)"], 25.4)
+    assert placed(note, (50.0, 30.0, -3.175), (120.0, 75.0, 5.08))[1][2] == 0.0
+    assert placed(note, (50.0, 30.0, -0.5), (120.0, 75.0, 20.0))[0][2] == 0.0

@@ -134,3 +134,13 @@ def test_what_is_told_stands_against_a_guess():
     for lines in (["(T1 ENDMILL 10)", "(T1 D=12.)"], ["(T1 D=12.)", "(T1 ENDMILL 10)"]):
         note = tool_notes([*lines, "T1 M6"], [1], 1.0)[1]
         assert (note.diameter_mm, note.guess) == (12.0, None)
+
+
+def test_a_sheet_of_sizes_is_that_of_the_next_call():
+    """NX writes one before each call, further away than loose comments may stand; a list of several tools tells none."""
+    sheet = ";TOOL NAME  : X\n;TOOL DIAMETER     : {}\n;TOOL CORNER RADIUS: {}\n" + ";Intol : 0.05\n" * 4
+    text = f"{sheet}T1\nG1 X1\n{sheet}T2".format(10, 1, 6, 3)
+    notes = tool_notes(text.splitlines(), [1, 2], 1.0)
+    assert [note[2:5] for note in notes.values()] == [(None, 10, 1), (None, 6, 3)]
+    text = f"{sheet}{sheet}T1\nG1 X1\nT2".format(10, 1, 6, 3)
+    assert not tool_notes(text.splitlines(), [1, 2], 1.0)

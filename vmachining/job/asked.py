@@ -137,6 +137,7 @@ CONTOUR_MM = 1e-3
 
 HOME_ABOVE_MM = 50.0
 _TOOL_CALL = re.compile(r"TOOL CALL[ \t]+(?=\d)", re.IGNORECASE)
+_TOOL_NAME = re.compile(r"(?:TOOL CALL[ \t]+|(?<![A-Z])T[ \t]*=[ \t]*)\"([^\"]*)\"", re.IGNORECASE)
 _CALLED = re.compile(r"[ \t]*\d*[ \t]*TOOL CALL[ \t]+(\d{1,6})\b", re.IGNORECASE)
 
 
@@ -158,7 +159,14 @@ def read_with_tools(
     numbers = sorted({move.tool or 1 for move in best.moves} | called)
     scale = MM_PER_INCH if unit_said(best, lines) == "inch" else 1.0
     if not is_g_code(best.dialect) and best.dialect != "apt":
+        number_of = {name.upper(): number for number, name in best.declared.names.items()}
         lines = [_TOOL_CALL.sub("T", line) for line in lines]
+        lines = [
+            _TOOL_NAME.sub(lambda hit: f"T{number_of.get(hit[1].strip().upper(), 0)}", line)
+            if '"' in line
+            else line
+            for line in lines
+        ]
     notes = cutter_notes(lines, scale) if best.dialect == "apt" else tool_notes(lines, numbers, scale)
     for number, name in best.declared.names.items():
         if number not in notes:

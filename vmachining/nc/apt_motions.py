@@ -56,11 +56,13 @@ class Record(NamedTuple):
 
 
 def records(lines: list[str]) -> Iterator[tuple[int, str]]:
-    """Records with the line they start on: comments gone, continuations joined."""
+    """Records with the line they start on: continuations joined, comments gone, `$$->` of Creo with its continuations."""
     begin, held = 0, list[str]()
-    size = 0
+    size, remark, gone = 0, False, False
     for line, raw in enumerate(lines, 1):
-        text = raw.split("$$", 1)[0].rstrip()
+        remark = (remark or raw.lstrip().startswith("$$->")) and raw.rstrip().endswith("$")
+        text = "" if remark or gone else raw.split("$$", 1)[0].rstrip()
+        gone = remark
         more = text.endswith("$")
         held.append(text.removesuffix("$"))
         size += len(text)
@@ -104,7 +106,7 @@ def parse_record(line: int, record: str) -> Record:
         elif _NAME.fullmatch(part) or part in ("(", ")") or _WORD.fullmatch(part) or "/" in part:
             names.append(part)
             values.append(part)
-        elif part or ("(" not in tail and tail.strip()):
+        elif part or ("(" not in tail and word != "TOOLNO"):  # CATIA leaves fields of a tool empty
             raise RecordError("E102", f"'{part[:40]}' is neither a number nor a word")
     return Record(line, word, numbers, names, values, tail.strip())
 

@@ -13,7 +13,10 @@ from vmachining.nc.findings import finding
 from vmachining.nc.model import Finding
 from vmachining.nc.settings import ArcCentres, Settings, UnitName
 
-_NAMED: Final = re.compile(r"(?<![A-Z#\[])G[ \t]*0*(?:20|21|70|71)(?![0-9.])|\bG7[01]0\b", re.IGNORECASE)
+_NAMED: Final = re.compile(
+    r"(?<![A-Z#\[])G[ \t]*0*(?:2[01]|7[01](?![ \t]*[IJLPQRUWZ]))(?![0-9.])|\bG7[01]0\b", re.IGNORECASE
+)
+"""G70 I, G71 P or G71 Z are holes on a circle, a cycle of a lathe, or the level that cycles of an OSP return to."""
 _COMMENT: Final = re.compile(r"\(([^()]*)\)|;(.*)")
 _INCH: Final = re.compile(r"\b(?:INCH|INCHES|IPM|IN/MIN)\b|\bUNITS?[ :=]+IN\b|[0-9]\"", re.IGNORECASE)
 _MM: Final = re.compile(r"\b(?:MM|MILLIMET(?:ER|RE)S?|METRIC|MM/MIN)\b|[0-9]MM\b", re.IGNORECASE)

@@ -6,7 +6,7 @@
     G11 X Y Z P, G10 a shift and a turn by P, and their end     G71 Z        level that M53 returns to
     M52 M53 M54      return of cycles: upper end of Z, the level of G71, the clearance plane      G116 T   tool change
 
-User task: `VC1 = ..`, names of one's own, `X=..`, `IF [..] N10`, `GOTO N10`, `CALL O1`, `RTS` become the macros of Fanuc.
+User task: `VC1 = ..`, names of one's own, `X=..`, `IF [..] N10`, `GOTO N10`, `CALL O1 Q2`, `RTS` become the macros of Fanuc.
 Source: OSP-P programming manual and user task manual.
 """
 
@@ -108,7 +108,7 @@ _RETURN: Final = re.compile(r"^([ \t]*)RTS\b", re.IGNORECASE)
 _NAMED: Final = re.compile(r"((?:\]|GOTO)[ \t]*(?:GOTO[ \t]*)?N)([A-Z0-9]+)", re.IGNORECASE)
 _JUMP: Final = re.compile(r"(?<![A-Z])GOTO[ \t]*N(?=[A-Z0-9])", re.IGNORECASE)
 _LABEL: Final = re.compile(r"^([ \t]*)([NO])([A-Z0-9]*[A-Z][A-Z0-9]*)(?![A-Z0-9=])", re.IGNORECASE)
-_CALL: Final = re.compile(r"(?<![A-Z])CALL[ \t]*O([A-Z0-9]+)", re.IGNORECASE)
+_CALL: Final = re.compile(r"(?<![A-Z])CALL[ \t]*O([A-Z0-9]+)(?:[ \t]+Q([0-9]+))?", re.IGNORECASE)
 _VARIABLE: Final = re.compile(r"(?<![A-Z0-9])VC([0-9]{1,3})(?![0-9])", re.IGNORECASE)
 _TURNED: Final = re.compile(
     r"^[ \t]*(?:N[0-9]+[ \t]*)?CALL[ \t]+OO88((?:[ \t]+P[XYZABCHP][ \t]*=[ \t]*-?[0-9]*\.?[0-9]+\.?)+)[ \t]*$",
@@ -156,7 +156,7 @@ def user_task(lines: list[str]) -> list[str]:
             continue
         code = _RETURN.sub(r"\1M99", _NOEX.sub("", code))
         code = _LABEL.sub(lambda hit: f"{hit[1]}{hit[2]}{label(hit[3])} ", code)
-        code = _CALL.sub(lambda hit: f"M98 P{label(hit[1])}", code)
+        code = _CALL.sub(lambda hit: f"M98 P{label(hit[1])}" + (f" L{hit[2]}" if hit[2] else ""), code)
         code = _NAMED.sub(lambda hit: hit[1] + label(hit[2]), code)
         code = _BRANCH.sub(r"\1GOTO ", code)
         code = _JUMP.sub("GOTO ", code)

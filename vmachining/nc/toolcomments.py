@@ -120,6 +120,8 @@ _WHOLE: Final = re.compile(r"V-?BIT|ENGRAV", re.IGNORECASE)
 
 _CUTVIEWER: Final = re.compile(r"TOOL/(MILL|DRILL|CHAMFER)((?:[ ]*,[ ]*-?[\d.]+)+)", re.IGNORECASE)
 _CUTTER: Final = re.compile(r"\b(?:TOOL|BIT|CUTTER|MILL)\b.*\bDIA|TOOL_RADIUS", re.IGNORECASE)
+_ROW: Final = re.compile(r"TOOL (DIAMETER|CORNER RADIUS)\b", re.IGNORECASE)
+"""A sheet of one tool, a line for each size, as NX writes it before the call."""
 _RADIUS: Final = re.compile(rf"\bTOOL_RADIUS\s*=\s*{NUMBER}{_UNIT}", re.IGNORECASE)
 _CORNER: Final = (
     re.compile(rf"\b(?:CR|CORNER\s+(?:RADIUS|RAD\.?)|RAYON)\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
@@ -173,10 +175,12 @@ def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> di
     """What comments say of the tools `numbers`. scale : mm per unit of the program."""
     named, nearby, after = dict[int, ToolNote](), dict[int, ToolNote](), list[tuple[int, int, str]]()
     waiting: list[tuple[int, str]] = []
+    sheet: dict[str, tuple[int, str]] = {}
     last, change = 0, 0
     changing = any("T" in raw.upper() and _CHANGE.search(_COMMENT.sub(" ", raw)) for raw in lines)
     for line, raw in enumerate(lines, start=1):
         if "(" not in raw and ";" not in raw and "T" not in raw.upper():
+            sheet.clear()
             continue
         bare = _COMMENT.sub(" ", raw)
         call = _CALL.search(bare)
@@ -189,11 +193,21 @@ def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> di
                 _add(named, int(own[1]) or 1, _note(line, text, scale))
             elif called is None:
                 waiting.append((line, text))
+                if row := _ROW.match(text):
+                    key = row[1].upper()
+                    sheet[key] = (
+                        line,
+                        "" if key in sheet else text,
+                    )  # of a list of tools nobody knows which is meant
                 if line - change <= NEAR and last in numbers:
                     after.append((last, line, text))
             elif called in numbers:
                 _add(nearby, called, _loose(line, text, scale))
         if called is not None:
+            for at, text in sheet.values():
+                note = _note(at, text, scale) if called in numbers and text else None
+                _add(nearby, called, note and note._replace(kind=None))
+            sheet.clear()
             for at, text in waiting:
                 if line - at <= NEAR and called in numbers:
                     _add(nearby, called, _loose(at, text, scale))
@@ -226,7 +240,7 @@ def cutter_notes(lines: Sequence[str], scale: float) -> dict[int, ToolNote]:
     waiting: ToolNote | None = None  # a cutter that no LOAD has claimed since the last motion
     bare = False  # a LOAD since the last motion that has no cutter yet
     for line, raw in enumerate(lines, start=1):
-        word, _, values = raw.strip().partition("/")
+        word, _, values = raw.strip().removeprefix("$$->").partition("/")
         word = word.strip().upper()
         own = re.match(r"\s*(?:TOOL\s*,)?\s*(\d+)", values, re.IGNORECASE)
         if word == "TOOL PATH":
@@ -409,6 +423,8 @@ _ENDS: Final = (
 """Words for a zero at the low and at the high end of X, Y and Z."""
 
 _NUMBERED: Final = re.compile(r"\d")
+OVERCUT: Final = 4.0
+"""What a mm below the stock weighs against one within: cutters come from above it, and leave it below by little."""
 
 
 class StockNote(NamedTuple):
@@ -482,7 +498,10 @@ def placed(note: StockNote, low: Sequence[float], high: Sequence[float]) -> tupl
         if len(ways) != 1 or _NUMBERED.search(words):
             sure = False
             ways = [-side, 0.0] if axis == 2 else [0.0, -side / 2.0, -side]
-        corners.append(max(ways, key=lambda at: min(at + side, high[axis]) - max(at, low[axis])))
+        deep = OVERCUT if axis == 2 else 0.0
+        corners.append(max(
+            ways, key=lambda at: min(at + side, high[axis]) - max(at, low[axis]) - deep * max(0.0, at - low[axis])
+        ))  # fmt: skip
     x, y, z = corners
     return (x, y, z), (x + note.size[0], y + note.size[1], z + note.size[2]), sure
 
