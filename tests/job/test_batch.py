@@ -18,6 +18,7 @@ from tinyjob import FEED, JOB, SLOT_MM3, write_job
 
 from vmachining.errors import InputError
 from vmachining.job.batch import folders_of, run_many
+from vmachining.job.batch.one import Order, mark, one_job
 from vmachining.job.table import COLUMNS
 from vmachining.report.batch import write_index
 
@@ -50,6 +51,22 @@ def jobs(tmp_path_factory):
         write_job(root / "b", program=""),
         write_job(root / "c", job=JOB + FEED, swap={'name = "tiny"': 'name = "with <b>feed</b>"'}),
     ]
+
+
+def test_tables_as_csv_come_when_they_are_asked_for(tmp_path, monkeypatch):
+    """Of more than 100,000 blocks there is none. Here in this process, where few are many."""
+    monkeypatch.setattr("vmachining.job.course.MOST_CSV", 3)
+    job = write_job(tmp_path / "job", program=ONLY_SLOT)
+    order = Order(str(job), str(tmp_path / "out"), (), True, (), None, 0.0)
+    for options, there in (
+        (None, False),
+        ({"csv": False}, False),
+        ({"csv": True}, True),
+        ({"csv": True}, True),
+    ):
+        row = one_job(order._replace(options=options, before=mark(tmp_path / "out")), stop=lambda: False)
+        assert row["exit_code"] == 0 and (tmp_path / "out" / "blocks.csv").exists() is there
+    assert row["status"] == "skipped"
 
 
 @pytest.fixture(scope="module")

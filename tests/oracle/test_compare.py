@@ -54,6 +54,24 @@ def test_by_block_and_by_line_and_from_a_result_agree(tmp_path: Path) -> None:
     assert by_block.blocks["error_mm3"].abs().max() <= 1e-9  # a CSV table has twelve digits
 
 
+def test_results_are_read_as_a_run_leaves_them(tmp_path: Path) -> None:
+    """Of more than 100,000 blocks there is no CSV file."""
+    pl.read_csv(PACK / "blocks.csv").write_parquet(tmp_path / "blocks.parquet")
+    assert vm.compare(tmp_path, PACK).agrees and vm.compare(tmp_path / "blocks.parquet", PACK).agrees
+    assert run(["compare", str(tmp_path), str(PACK)]) == 0
+    for folder in (tmp_path / "flat", tmp_path / "runs" / "slot"):
+        folder.mkdir(parents=True)
+    (tmp_path / "blocks.parquet").rename(tmp_path / "runs" / "slot" / "blocks.parquet")
+    (tmp_path / "flat" / "slot.parquet").write_bytes(
+        (tmp_path / "runs" / "slot" / "blocks.parquet").read_bytes()
+    )
+    for results in (tmp_path / "flat", tmp_path / "runs"):
+        assert list(vm.oracle.compare_set(results, PACK.parent).cases) == ["slot"]
+    (tmp_path / "broken.parquet").write_bytes(b"PAR1")
+    with pytest.raises(InputError, match=r"broken\.parquet: cannot read the table"):
+        vm.compare(tmp_path / "broken.parquet", PACK)
+
+
 def test_rows_of_a_line_are_summed(tmp_path: Path) -> None:
     rows = [(line, share * volume) for line, volume in exact().items() for share in (0.25, 0.75)]
     for delimiter in ",;\t":

@@ -26,7 +26,7 @@ def batch(o: Batch) -> int:
     with _watching(o.files, silent=silent) as watcher:
         rows = run_many(
             o.files, o.out, workers=o.workers or 1, scheduler=o.scheduler, formats=check_formats(o.stock), resume=o.resume,
-            watcher=watcher,
+            watcher=watcher, csv=o.csv,
         )  # fmt: skip
     for row in rows:
         if o.as_json:

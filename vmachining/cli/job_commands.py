@@ -44,7 +44,7 @@ class RunOptions:
     part: str | None = opt(None, "K/N", "Only part K of N, for `merge`, such as 3/64.")
     stock: each.StockOut = "stl"
     stock_at: str | None = opt(None, "BLOCKS", "Workpiece after blocks 7,12-14: stock_7.step, ...")
-    csv: bool = flag("--csv", "blocks.csv also above 100,000 blocks; blocks.parquet always.")
+    csv: each.Csv = False
 
     def given(self) -> dict[str, Any]:
         """Those that are not as by default."""
@@ -173,6 +173,7 @@ class Batch:
     workers: int | None = opt(None, None, "Processes of this machine (default: 1).", min=1)
     scheduler: each.Scheduler = None
     stock: each.StockOut = "stl"
+    csv: each.Csv = False
     resume: each.Resume = False
     quiet: each.Quiet = False
     as_json: each.Json = False

@@ -170,6 +170,7 @@ ProgramArg = Annotated[str, argument("PROGRAM", "NC program; - reads standard in
 JobArg = Annotated[Path, argument("JOB.toml", "Job file.")]
 Out = Annotated[Path | None, option("DIR", "Result directory; default out/NAME.")]
 Engine = Annotated[str | None, option("NAME", "Of a job; default as in run.")]
+Csv = Annotated[bool, switch("--csv", "blocks.csv also above 100,000 blocks; blocks.parquet always.")]
 StockOut = Annotated[str, option("LIST", "Finished stock as stl, 3mf, glb, step (comma list).")]
 LIBRARY = "Tool library: .tools, .json, .fctl, .fctb, .tbl, .t or .csv."
 Library = Annotated[Path | None, typer.Option("--tools", metavar="LIBRARY", help=LIBRARY)]

@@ -23,6 +23,7 @@ from vmachining.oracle.results import (
     csv_table,
     read_reference,
     read_results,
+    table_in,
 )
 
 STATUSES = ("inside", "low", "high", "missing", "extra", "disputed", "idle")
@@ -265,7 +266,8 @@ def compare_set(
 ) -> SetComparison:
     """Somebody's volumes of the cases of a set.
 
-    results : a directory with CASE.csv, or with CASE/blocks.csv as a run leaves it; or one CSV file with a column `case`.
+    results : a directory with CASE.csv or CASE.parquet, or with CASE/blocks.* as a run leaves it; or one CSV file with a
+        column `case`.
     reference : directory of a set.
     Raises InputError: No results of any case, results of a case that the set does not have, a pack that changed; see
         `compare`.
@@ -293,8 +295,9 @@ def compare_set(
 def _tables_by_case(results: Path, known: Sequence[str]) -> Iterator[tuple[str, Any]]:
     if results.is_dir():
         for name in known:
-            paths = results / f"{name}.csv", results / name / "blocks.csv"
-            yield from ((name, path) for path in [path for path in paths if path.is_file()][:1])
+            path = table_in(results, name) or table_in(results / name, "blocks")
+            if path is not None:
+                yield name, path
         return
     line, names, rows = csv_table(results)
     if CASE not in names:

@@ -15,7 +15,7 @@ import polars as pl
 from vmachining.engagement import Engagement
 from vmachining.errors import InputError
 from vmachining.job.files import read_manifest, sha256
-from vmachining.oracle.results import LARGEST, Table, csv_rows, finite, whole
+from vmachining.oracle.results import LARGEST, Table, csv_rows, finite, frame_of, table_in, whole
 
 TOLERANCE_MM = 1e-4
 """What our own two methods promise to agree to on curved stock; planes are good to 1e-6 mm."""
@@ -145,9 +145,10 @@ def compare_engagement(
 
 
 def is_engagement_table(path: Path | str) -> bool:
-    """Whether a CSV file has the columns of intervals; False for whatever cannot be read."""
+    """Whether a file has the columns of intervals; False for whatever cannot be read."""
     try:
-        _, header = next(csv_rows(Path(path)))
+        is_parquet = Path(path).suffix == ".parquet"
+        header = frame_of(Path(path)).columns if is_parquet else next(csv_rows(Path(path)))[1]
     except (InputError, StopIteration):
         return False
     return {"phi_deg", "lower_mm"} <= {name.strip() for name in header}
@@ -162,21 +163,14 @@ def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[
     if not folder.is_dir():
         what = "not a directory" if folder.exists() else "no such directory"
         raise InputError(what, file=folder, remedy=NO_TABLE)
-    paths = [folder / "engagement.parquet", folder / "engagement.csv"]
-    path = next((path for path in paths if path.is_file()), None)
+    path = table_in(folder, "engagement")
     if path is None:
         raise InputError("no table of engagement in it", file=folder, remedy=NO_TABLE)
     files = (read_manifest(folder) or {}).get("files")
     if isinstance(files, dict) and files.get(path.name, "") != sha256(path):
         what = "differs from the file that the pack was made with"
         raise InputError(what, file=path, remedy="fetch the pack again")
-    if path.suffix == ".csv":
-        return _gathered(Table.read(path, _chosen)), str(folder)
-    try:
-        table = pl.read_parquet(path)
-    except (OSError, pl.exceptions.PolarsError) as exc:
-        raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=path) from exc
-    return _gathered(Table.read(table, _chosen, str(path))), str(folder)
+    return _gathered(Table.read(path, _chosen)), str(folder)
 
 
 def _intervals_of(

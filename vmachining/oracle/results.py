@@ -61,14 +61,16 @@ class Table:
         chosen: Callable[[Sequence[str], str, int | None], Sequence[str]],
         source: str = "table",
     ) -> Table:
-        """Columns of a CSV file, a polars table or a mapping.
+        """Columns of a CSV or Parquet file, a polars table or a mapping.
 
         chosen : the names that are needed, of those that there are, with source and line of the header; refuses others.
-        source : what errors call a table that is not a CSV file.
+        source : what errors call a table that is not a file.
         Raises InputError: Unreadable, a name twice, columns of several lengths, or what `chosen` refuses.
         """
         if isinstance(given, (str, Path)):
-            path = Path(given)
+            path = table_in(Path(given), "blocks") or Path(given)
+            if path.suffix == ".parquet":
+                return cls.read(frame_of(path), chosen, str(path))
             line, names, rows = csv_table(path)
             needed = chosen(names, str(path), line)
             if twice := [name for name in needed if names.count(name) > 1]:
@@ -94,13 +96,30 @@ class Table:
         return {"file": self.source, "line": self.lines[row]}
 
 
+def table_in(folder: Path, stem: str) -> Path | None:
+    """The file of a table in a result directory: a long one is Parquet alone, somebody's may be CSV alone; None: no such file."""
+    paths = folder / f"{stem}.parquet", folder / f"{stem}.csv"
+    return next((path for path in paths if path.is_file()), None)
+
+
+def frame_of(path: Path) -> pl.DataFrame:
+    """A table of ours, in either format.
+
+    Raises InputError: It cannot be read.
+    """
+    try:
+        return read_table(path)
+    except (OSError, pl.exceptions.PolarsError) as exc:
+        raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=path) from exc
+
+
 def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]]) -> Results:
     """Read results.
 
-    results : a CSV file (comma, semicolon or tab; a header; blank lines and lines that open with # are
-        skipped), a polars table, or a mapping of columns. Columns `block` (from 0) or `line` (from 1), and
-        `removed_mm3`; `text`, the line of the program, tells another program; others are ignored. Several rows of
-        one line are summed; a block may come once.
+    results : a CSV file (comma, semicolon or tab; a header; blank lines and lines that open with # are skipped), a
+        Parquet file, a result directory, a polars table, or a mapping of columns. Columns `block` (from 0) or `line`
+        (from 1), and `removed_mm3`; `text`, the line of the program, tells another program; others are ignored. Several
+        rows of one line are summed; a block may come once.
     Raises InputError: Unreadable, no such columns, a value that is not a finite number or beyond `LARGEST`, a block twice;
         names file and line.
     """
@@ -256,15 +275,10 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
         path = folder / name
         if path.is_file() and sha256(path) != digest:
             raise InputError("differs from the file that was made here", file=path, remedy=again)
-    path = folder / "blocks.parquet"
-    if not path.is_file():
-        path = folder / "blocks.csv"
+    path = table_in(folder, "blocks") or folder / "blocks.parquet"
     if isinstance(files, dict) and files and path.name not in files:
         raise InputError("is not a file that was made here", file=path, remedy=again)
-    try:
-        blocks = read_table(path)
-    except (OSError, pl.exceptions.PolarsError) as exc:
-        raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=path) from exc
+    blocks = frame_of(path)
     try:
         summary = parse_json((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as exc:

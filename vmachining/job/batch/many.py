@@ -159,6 +159,7 @@ def run_many(
     formats: Sequence[str] = ("stl",),
     resume: bool = False,
     watcher: Watcher | None = None,
+    **options: Any,
 ) -> list[Row]:
     """Run jobs side by side; rows in the order of `files`, also in out/batch.csv as jobs end.
 
@@ -169,6 +170,7 @@ def run_many(
     workers : processes of this machine. scheduler : address of a Dask scheduler whose workers are used instead; they
         have to see `files` and `out` under the same paths.
     formats : of the finished workpieces. resume : leave jobs that are complete, continue with those that were begun.
+    options : of `run`, for every job: csv.
     Raises InputError: `out` holds files of somebody else under names of ours, or another batch is running there; no
         scheduler answers, it has no workers, or they have other versions or another file system.
     """
@@ -191,15 +193,14 @@ def run_many(
                 "kind": "vmachining batch", "complete": False, "command": program_words(),
                 "process": os.getpid(), "started": now(), "ended": None, "versions": versions(),
                 "options": {
-                    "workers": workers, "scheduler": scheduler, "stock": list(formats), "resume": resume,
+                    "workers": workers, "scheduler": scheduler, "stock": list(formats), "resume": resume, **options,
                 },
                 "files": {TABLE: None, PAGE: None},
                 DATASET: dict.fromkeys(folder.name for folder in batch.folders),
             }  # fmt: skip
             place.save()
             batch.write_table()
-            patience = PATIENCE_S if resume or scheduler is not None else 0.0
-            batch.go(pool, stop, tuple(formats), resume, patience)
+            batch.go(pool, stop, tuple(formats), resume, options)
         batch.finish()
     return batch.rows
 
@@ -257,10 +258,16 @@ class _Batch:
         self._page_due = time.monotonic() + PAGE_SECONDS
 
     def go(
-        self, pool: Pool, stop: Callable[[], bool], formats: tuple[str, ...], resume: bool, patience: float
+        self,
+        pool: Pool,
+        stop: Callable[[], bool],
+        formats: tuple[str, ...],
+        resume: bool,
+        options: dict[str, Any],
     ) -> None:
         """Until every job is through, or nobody continues."""
-        command = tuple(program_words())
+        command, local = tuple(program_words()), isinstance(pool, LocalPool)
+        patience = 0.0 if local and not resume else PATIENCE_S
         fresh = False
         while pool.busy or (self.waiting and not stop() and not pool.lost):
             while self.waiting and pool.room > 0 and not stop():
@@ -268,9 +275,10 @@ class _Batch:
                 folder = self.folders[index]
                 self.before[index] = mark(folder)
                 paths = str(self.files[index]), str(folder)
-                if not isinstance(pool, LocalPool):  # the directory of another process is another one
+                if not local:  # the directory of another process is another one
                     paths = str(self.files[index].absolute()), str(folder.absolute())
-                pool.give(index, Order(*paths, formats, resume, command, self.before[index], patience))
+                before = self.before[index]
+                pool.give(index, Order(*paths, formats, resume, command, before, patience, None, options))
             if stop() and not self.asked:
                 pool.stop()
                 self.asked = True

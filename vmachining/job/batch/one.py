@@ -48,7 +48,7 @@ class Order(NamedTuple):
     before : `mark` of the folder before this batch; another one is the trace of an earlier attempt of this batch, which
         is continued.
     patience : s to wait for the lock of the folder: the process of an earlier attempt may be about to end.
-    part : of the run, alone. options : of it, and what takes the place of the job's accuracy, by name.
+    part : of the run, alone. options : of the run, by name; with a part also what takes the place of the job's accuracy.
     """
 
     file: str
@@ -93,8 +93,8 @@ def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None
             raise Stopped("batch", 0, 1)
         job = Job.load(order.file)
         row["name"] = job.name
+        given = dict(order.options or {})
         if order.part is not None:
-            given = dict(order.options or {})
             job = with_accuracy(job, **{name: given.pop(name) for name in ACCURACY})
             given["chord"] = None
             with FolderLock(out) as lock:
@@ -104,7 +104,7 @@ def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None
                     progress=progress, **given,
                 )  # fmt: skip
             return row | {"status": "done", "exit_code": 0, "out": order.folder}
-        summary = finished(job, out, {"stock": order.formats}) if order.resume or begun else None
+        summary = finished(job, out, {"stock": order.formats} | given) if order.resume or begun else None
         row["status"] = "done" if begun else "skipped"
         if summary is None:
             row["status"] = "failed"
@@ -116,7 +116,7 @@ def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None
                 go_on = (order.resume or begun) and same_inputs(job, ResultFolder(out).earlier())
                 result = run(
                     job, out=out, resume=go_on, workers=1, stop=stop, lock=lock, command=order.command,
-                    progress=progress,
+                    progress=progress, **given,
                 )  # fmt: skip
                 result.write(out, stock=order.formats)
             summary, row["status"] = result.summary, "done"
