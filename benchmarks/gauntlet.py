@@ -15,7 +15,7 @@ A block without B-rep solids (`refused`, with its reason) does not pass, but is 
 no answer for counts as wrong, and the run continues.
 
 `journal`, a file of one row per seed, makes a run that was cut resume where it was. What was measured:
-`docs/measured/brep.md`.
+`docs/measured/gate.md`.
 """
 
 from __future__ import annotations

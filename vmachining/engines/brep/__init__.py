@@ -26,7 +26,7 @@ rest is derived in the docstrings. Departure: no sewing, no lofts, no `BRepGProp
 Known limits: a block whose solid cannot be built is refused, and so are blocks that need it as a neighbour (cones that
 meet a steep slope on arcs in upright planes, steps of a cutter there, what `envelopes/pieces.py` says of tools that
 turn). A curved STEP stock is judged by triangles, within `stock_slack_mm3` of the summary. A workpiece as STEP takes
-minutes for a hundred blocks. Measured: `docs/measured/gate.md`, `docs/measured/brep.md`.
+minutes for a hundred blocks. Measured: `docs/measured/gate.md`.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@
 
 Source: hulls of translated convex bodies as Minkowski sums; everything else is derived in the docstrings.
 
-Measured (`docs/measured/mesh_proofs.md`), 1 mm finishing blocks of a 10 mm ball at chord 0.01: some 11 ms a block in
+Measured (`docs/measured/cost.md`), 1 mm finishing blocks of a 10 mm ball at chord 0.01: some 11 ms a block in
 one process, two thirds of it booleans: 0.2 ms each, 0.5 microseconds per triangle of the tile and 5 per triangle of
 the cutter. A bracket is 9 % wide there.
 
