@@ -23,8 +23,10 @@ Names are loaded when they are first used: importing the package loads no kernel
 
 from __future__ import annotations
 
-import importlib
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from vmachining.later import later as _later
 
 if TYPE_CHECKING:
     from vmachining import engagement as engagement
@@ -79,7 +81,7 @@ _ROOMS = {
     "tool": "AptTool BallNose BullNose FlatEnd Profile ProfileTool Taper tool_from_mapping",
     "workpiece": "Box Cylinder Mesh Step Workpiece",
 }  # fmt: skip
-_HOME = {name: room for room, names in _ROOMS.items() for name in names.split()}
+_load = _later(__name__, _ROOMS)
 _PACKAGES = {"engagement": (), "engines": ("mesh", "brep"), "nc": ()}
 
 __all__ = [
@@ -94,15 +96,11 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """PEP 562: load a name from its room when it is requested."""
-    if name in _HOME:
-        value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
-    elif name in _PACKAGES:
-        value = importlib.import_module(f"{__name__}.{name}")
-        for part in _PACKAGES[name]:
-            importlib.import_module(f"{__name__}.{name}.{part}")
-    else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = value
+    if name not in _PACKAGES:
+        return _load(name)
+    value = globals()[name] = import_module(f"{__name__}.{name}")
+    for part in _PACKAGES[name]:
+        import_module(f"{__name__}.{name}.{part}")
     return value
 
 
