@@ -248,7 +248,7 @@ def refuse_no_cut(job: Job, toolpath: Toolpath, tools: Mapping[int, ToolParts], 
 
     Raises NCError, StockError: It is one of these.
     """
-    refuse_unknown_tools(toolpath.program, tools, ", ".join(map(str, sorted(tools))))
+    refuse_unknown_tools(toolpath.program, tools)
     if not any(m.motion not in IDLE for m in toolpath.near(tools, stock.bounds)):
         raise never_reached(job, toolpath, tools, stock)
 

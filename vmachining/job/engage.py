@@ -31,7 +31,6 @@ from vmachining.geometry import Line
 from vmachining.job.brep import blank
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import CutterPath
-from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.stock import raw_stock
 from vmachining.job.toolpath import Block, Toolpath
 from vmachining.nc import Program
@@ -146,14 +145,13 @@ class Scene:
     @classmethod
     def of(cls, job: Job) -> Scene:
         """Read the program of a job. Raises as `engage` does."""
-        program = read_job_program(job)
-        refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))
-        toolpath = Toolpath.of(program, job.machine)
-        blocks = toolpath.blocks
-        cuts = tuple(
-            (block.number, move.tool, path) for block in blocks for move, path in toolpath.cuts(block)
+        toolpath = Toolpath.of_job(job)
+        cuts = (
+            (block.number, move.tool, path)
+            for block in toolpath.blocks
+            for move, path in toolpath.cuts(block)
         )
-        return cls(job, program, blocks, cuts, {})
+        return cls(job, toolpath.program, toolpath.blocks, tuple(cuts), {})
 
     def place(self, block: int, at: float) -> tuple[int, float]:
         """Position in `cuts`, and t in [0, 1] there. Raises InputError as `engage` does."""

@@ -14,7 +14,6 @@ from vmachining.errors import InputError, JobError
 from vmachining.force import Overlay, Turns, power_w, shipped, turn_load, turn_series
 from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
 from vmachining.job.jobfile import Job
-from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.timing import machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 from vmachining.progress import Progress
@@ -89,9 +88,7 @@ def predict(
     if forcing is None:
         remedy = f"add [force] with coefficients = a file, or one of {', '.join(shipped())}"
         raise JobError("forces need a [force] table", **job.where(), remedy=remedy)
-    program = read_job_program(job)
-    refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))
-    toolpath = Toolpath.of(program, job.machine)
+    toolpath = Toolpath.of_job(job)
     every = toolpath.blocks
     cutting = {block.number for block in every if block.motion != "rapid"}
     if blocks is not None and (odd := [k for k in blocks if k not in cutting]):
@@ -100,7 +97,7 @@ def predict(
         raise InputError(what, remedy="see the table of a run")
     times = move_times(toolpath, machine_limits(job), block_delete=job.keys.program.block_delete).seconds
     begin = np.concatenate([[0.0], np.cumsum(times)])
-    index = {id(move): k for k, move in enumerate(program.moves)}
+    index = {id(move): k for k, move in enumerate(toolpath.moves)}
     series: list[Floats] = []
     teeth: set[int] = set()
     stations: list[tuple[float, ...]] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Collection
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
@@ -133,8 +133,9 @@ def _refuse_axes(program: Program, job: Job) -> None:
         )  # fmt: skip
 
 
-def refuse_unknown_tools(program: Program, tools: Container[int], known: str) -> None:
-    """NCError for the first cut with a tool that the job does not have; `known` lists those it has."""
+def refuse_unknown_tools(program: Program, tools: Collection[int]) -> None:
+    """NCError for the first cut with a tool that is not among those of the job."""
+    known = ", ".join(map(str, sorted(tools)))
     for move in program.moves:
         if move.motion not in IDLE and move.tool not in tools:
             what = f"cuts with tool {move.tool}, which is not in the tool table (it has {known})"

@@ -26,7 +26,6 @@ from vmachining.job.brep import note_of
 from vmachining.job.contact import ToolParts
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
-from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.stock import raw_stock
 from vmachining.job.summary import slack_of
 from vmachining.job.toolpath import Block, Toolpath
@@ -367,8 +366,7 @@ def blocks_alone(job: Job, numbers: Sequence[int], *, width: float | None = None
     floor = keys.width_mm3 if width is None else min(keys.width_mm3, FLOOR_MM3)
     asked = Options(chord=keys.chord_mm, width=keys.width if width is None else width, width_mm3=floor)
     tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
-    toolpath = Toolpath.of(read_job_program(job), job.machine)
-    refuse_unknown_tools(toolpath.program, tools, ", ".join(map(str, sorted(tools))))
+    toolpath = Toolpath.of_job(job)
     last = len(toolpath.blocks) - 1
     for number in numbers:
         if not 0 <= number <= last:

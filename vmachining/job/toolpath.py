@@ -10,7 +10,9 @@ from typing import NamedTuple
 
 from vmachining.arrays import Floats
 from vmachining.job.contact import ToolParts
+from vmachining.job.jobfile import Job
 from vmachining.job.paths import CutterPath, Paths, move_paths, moving
+from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.machine import Machine
 from vmachining.nc import Motion, Move, Program, decode_program, split_lines
 from vmachining.sweep import Sweep
@@ -39,6 +41,13 @@ class Toolpath:
         """
         paths = move_paths(program.moves, machine)
         return cls(program, machine, paths, paths.length, tuple(group_blocks(program, paths)))
+
+    @classmethod
+    def of_job(cls, job: Job) -> Toolpath:
+        """Of its program. Raises as `read_job_program` and `refuse_unknown_tools` do."""
+        program = read_job_program(job)
+        refuse_unknown_tools(program, job.tools)
+        return cls.of(program, job.machine)
 
     @property
     def moves(self) -> Sequence[Move]:
