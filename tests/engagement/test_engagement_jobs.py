@@ -211,7 +211,8 @@ def test_files_hold_the_same_numbers(tmp_path, capsys):
     job, out = write_job(tmp_path), tmp_path / "out"
     assert run(["engage", str(job), "--block", "2", "--out", str(out)]) == 0
     text = capsys.readouterr().out
-    assert "0.000000 to 180.000000 degrees" in text and "axial 1.000000 mm, radial 4.000000 mm" in text
+    assert "0.000000 to 180.000000 degrees" in text
+    assert "axial     1.000000 mm" in text and "radial    4.000000 mm" in text
     assert {path.name for path in out.iterdir()} == {
         "engagement.csv", "engagement.parquet", "engagement.html", "engagement.png", "engagement_map.csv",
         "engagement_chips.csv", "engagement.json",

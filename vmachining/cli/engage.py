@@ -42,27 +42,9 @@ def engage(o: Engage) -> int:
     if as_json:
         emit(found.to_dict())
         return Code.DONE
-    s = found.summary
-    fed = s["arcs_feed_deg"] is not None
-    arcs = s["arcs_feed_deg" if fed else "arcs_deg"]
-    turned = "from the feed (90 degrees is straight ahead)" if fed else "of the tool"
-    tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
-    print(f"{job.name}: block {block}, line {s['line']}, at {at:g}, method {o.method}")
-    print(f"  tool      tip ({tip}) mm, axis ({axis})")
-    if found.is_air:
-        print("  engaged   nowhere: air")
-    else:
-        told = ", ".join(f"{a:.6f} to {b:.6f}" for a, b in arcs) + f" degrees {turned}"
-        told = "all round" if found.is_round else told
-        deep = "feed along the axis" if s["ae_mm"] is None else f"radial {s['ae_mm']:.6f} mm"
-        print(f"  engaged   {told}")
-        print(f"  depth     axial {s['ap_mm']:.6f} mm, {deep}")
-        print(f"  cut       at most {s['length_max_mm']:.6f} mm of the edge")
-        print(f"  surface   {s['area_mm2']:.6g} mm2, {100 * s['area_fraction']:.4g} % of what cuts")
-        if s["removal_mm3_per_mm"] is not None:
-            print(f"  removes   {s['removal_mm3_per_mm']:.6g} mm3 per mm of path")
-    for text in s["notes"]:
-        print(f"  note      {text}")
+    print(f"{job.name}: block {block}, line {found.line}, at {at:g}, method {o.method}")
+    for name, words in (*found.facts.items(), *(("note", text) for text in found.notes)):
+        print(f"  {name:<8}  {words}")
     return Code.DONE
 
 

@@ -70,34 +70,39 @@ class Engagement:
 
     def __repr__(self) -> str:
         where = f"block {self.block} at {self.at:g}" if self.block is not None else f"at {self.at:g}"
-        return f"Engagement({where}, {self.method}, {', '.join(f'{n} {v}' for n, v in self._facts())})"
+        return f"Engagement({where}, {self.method}, {', '.join(map(' '.join, [*self.facts.items()][1:]))})"
 
     def _repr_html_(self) -> str:
         """What a notebook shows."""
         where = "" if self.block is None else f" of block {self.block}, line {self.line},"
         notes = [("note", text) for text in self.notes]
-        return facts_html(f"Engagement{where} at {self.at:g}, method {self.method}", [*self._facts(), *notes])
+        return facts_html(
+            f"Engagement{where} at {self.at:g}, method {self.method}", [*self.facts.items(), *notes]
+        )
 
     def plot(self) -> Figure:
         """Chip thickness over rotation angle and edge, length of cut, chip area, as a matplotlib figure; a notebook shows it."""
         return resolve_name("vmachining.report.engagement:draw_engagement")(self)  # type: ignore[no-any-return]
 
-    def _facts(self) -> list[tuple[str, str]]:
-        """The few numbers that say what is touched."""
+    @property
+    def facts(self) -> dict[str, str]:
+        """What is touched, in words with units."""
         s = self.summary
+        fed = s["arcs_feed_deg"] is not None
+        arcs = ", ".join(f"{a:.6f} to {b:.6f}" for a, b in s["arcs_feed_deg" if fed else "arcs_deg"])
+        arcs += f" degrees {'from the feed (90 is straight ahead)' if fed else 'of the tool'}"
+        tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
+        out = {"tip": f"({tip}) mm, axis ({axis})", "engaged": "all round" if self.is_round else arcs}
         if self.is_air:
-            return [("engaged", "nowhere: air")]
-        arcs = s["arcs_feed_deg"] if s["arcs_feed_deg"] is not None else s["arcs_deg"]
-        of = "from the feed" if s["arcs_feed_deg"] is not None else "of the tool"
-        engaged = (
-            "all round"
-            if self.is_round
-            else "; ".join(f"{a:.6g} to {b:.6g}" for a, b in arcs) + f" degrees {of}"
-        )
-        deep = [("radial", f"{s['ae_mm']:.6g} mm")] if s["ae_mm"] is not None else []
-        return [
-            ("engaged", engaged), ("axial", f"{s['ap_mm']:.6g} mm"), *deep, ("surface", f"{s['area_mm2']:.6g} mm2"),
-        ]  # fmt: skip
+            return out | {"engaged": "nowhere: air"}
+        out |= {
+            "axial": f"{s['ap_mm']:.6f} mm", "radial": "the feed is axial" if s["ae_mm"] is None else f"{s['ae_mm']:.6f} mm",
+            "cut": f"at most {s['length_max_mm']:.6f} mm of the edge",
+            "surface": f"{s['area_mm2']:.6g} mm2, {100 * s['area_fraction']:.4g} % of what cuts",
+        }  # fmt: skip
+        if s["removal_mm3_per_mm"] is not None:
+            out["removes"] = f"{s['removal_mm3_per_mm']:.6g} mm3 per mm of path"
+        return out
 
     @property
     def phi(self) -> Floats:

@@ -118,7 +118,7 @@ def write_engagement_page(found: Engagement, path: Path, *, name: str = "") -> N
     with look():
         map_ = picture(_figure(found), words, kind="png")
     write_page(
-        path, [Panel(title="What the edge touches", svg=map_, rows=_facts(found), head=("", ""))], kind="engagement",
+        path, [Panel(title="What the edge touches", svg=map_, rows=list(found.facts.items()), head=("", ""))], kind="engagement",
         name=_title(found, name), subtitle="Lengths in mm, angles in degrees", chips=[("warn", text) for text in found.notes],
     )  # fmt: skip
 
@@ -163,22 +163,3 @@ def _figure(found: Engagement, title: str = "") -> Figure:
 def _title(found: Engagement, name: str) -> str:
     place = f"block {found.block} at {found.at:g}" if found.block is not None else "engagement"
     return f"{name}: {place}, {found.method}" if name else f"{place}, {found.method}"
-
-
-def _facts(found: Engagement) -> list[tuple[str, str]]:
-    s = found.summary
-    tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
-    fed = s["arcs_feed_deg"] is not None
-    arcs = s["arcs_feed_deg"] if fed else s["arcs_deg"]
-    engaged = ", ".join(f"{a:.6f}° to {b:.6f}°" for a, b in arcs) + (" from the feed" if fed else "")
-    engaged = "all round" if found.is_round else "nowhere: air" if found.is_air else engaged
-    rows = [
-        ("tip, axis", f"({tip}) mm, ({axis})"), ("engaged", engaged),
-        ("axial depth", f"{s['ap_mm']:.6f} mm"),
-        ("radial depth", "the feed is axial" if s["ae_mm"] is None else f"{s['ae_mm']:.6f} mm"),
-        ("length of cut", f"at most {s['length_max_mm']:.6f} mm"),
-        ("engaged surface", f"{s['area_mm2']:.6g} mm², {100 * s['area_fraction']:.4g} % of what cuts"),
-    ]  # fmt: skip
-    if s["removal_mm3_per_mm"] is not None:
-        rows.append(("removed here", f"{s['removal_mm3_per_mm']:.6g} mm³ per mm of path"))
-    return rows
