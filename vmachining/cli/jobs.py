@@ -17,14 +17,12 @@ from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, check_formats, run
 from vmachining.job.batch import safe_name
 from vmachining.job.batch.one import ACCURACY, with_accuracy
-from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
+from vmachining.job.brep import blank, disputes, parse_blocks, parse_brep, refuse_beyond
 from vmachining.job.files import read_manifest, write_atomic
 from vmachining.job.folder import FolderLock, ResultFolder
 from vmachining.job.given import refuse_contact
 from vmachining.job.parts import Parts, parse_part, read_parts
 from vmachining.job.reading import read_job_program
-from vmachining.job.record import in_words
-from vmachining.job.result import how_sure
 from vmachining.job.run import run_part
 from vmachining.job.store import PARTS, changed_inputs, finished, why_anew
 from vmachining.job.toolpath import Toolpath
@@ -40,9 +38,6 @@ TYPES = "TYPE is flat, ball, bull, drill, chamfer or taper; mm, or 1/2in"
 
 FEW = 10
 """Disputed blocks on the terminal; the table has them all."""
-
-SHOWN = 5
-"""Warnings on the terminal."""
 
 NAMED, NOT_NAMED = {"spacing": "spacing_mm"}, ("width", "chord", "workers", "scheduler", "part")
 """Options that a manifest calls otherwise, and those that a complete result is not asked by."""
@@ -381,19 +376,6 @@ def _as_before(
     return file, RunOptions(engine=before["engine"], stages=",".join(stages), **given)
 
 
-def _files(s: dict[str, Any]) -> list[str]:
-    """What the triangles in a file hold where it is not what the summary says."""
-    told = []
-    for name, volume in s.get("stock_files_mm3", {}).items():
-        if abs(volume - s["final_mm3"]) > 1e-6 * s["final_mm3"]:
-            rounding = volume - s["stock_mesh_mm3"]
-            told.append(
-                f"  stock     {name} differs from the estimate by {volume - s['final_mm3']:+.2g} mm3, {rounding:+.2g} of it "
-                "from rounding of its coordinates"
-            )
-    return told
-
-
 def told_disputes(result: RunResult) -> list[str]:
     """What is wrong with one of our engines: blocks whose intervals exclude each other, the first few of them."""
     if not result.summary["brep"]["disputed"]:
@@ -409,44 +391,14 @@ def told_disputes(result: RunResult) -> list[str]:
     return [head, *lines, *more]
 
 
-def _first_warnings(result: RunResult) -> list[str]:
-    """The first warnings with their lines, and where the others are."""
-    import polars as pl
-
-    rows = result.blocks.filter(pl.col("warning").is_not_null()).select("line", "warning")
-    found = sorted([*rows.head(SHOWN).iter_rows(), *((line, text) for line, _, text in result.findings)])
-    left = result.summary["warnings"] - len(found[:SHOWN])
-    more = [f"            and {left} more in blocks.parquet and report.html"] if left > 0 else []
-    return [*(f"            line {line}: {text}" for line, text in found[:SHOWN]), *more]
-
-
 def _closing_lines(result: RunResult, folder: Path) -> str:
     s = result.summary
-    machine = [f"  machine   {m['name']}: {', '.join(m['rotary'])}"] if (m := s.get("machine")) else []
-    counts, guessed = s["brep"], len(s["guesses"])
-    said = ", ".join(f"{counts[word]} {word}" for word in JUDGED)
-    brep = [f"  B-rep     {counts['asked']} blocks asked: {said}"] if counts["asked"] else []
-    guesses = (
-        [f"  guesses   {guessed} lines of the job are guesses: report.html lists them"] if guessed else []
-    )
-    after = f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""
-    lines = [
-        *told_disputes(result),
-        f"{result.job.name}: {s['blocks']} blocks in {s['seconds']:.1f} s",
-        f"  removed   {s['removed_mm3']:.6g} mm3   +-{result.removed.error:.2g}",
-        f"  between   {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm3, {how_sure(s)}",
-        f"  time      {s['time_s']:.2f} s{after}",
-        f"  took      {in_words(s['stage_seconds'])}; at most {s['peak_mb']:.0f} MB",
-        f"  warnings  {s['warnings']}",
-        *_first_warnings(result), *machine, *brep, *_files(s),
-        *([f"  stock     {s['stock_step_refused']}"] if "stock_step_refused" in s else []),
-        *guesses, *(f"  note      {text}" for text in s["notes"]),
-        *(f"  contact   {text}" for text in s.get("contact_notes", ())),
-        *([f"  table     {s['table_note']}"] if "table_note" in s else []),
-    ]  # fmt: skip
+    facts = result.facts
     if (schedule := result.schedule) is not None and schedule.note:
-        lines.append(f"  schedule  {schedule.note}")
+        facts.append(("schedule", schedule.note))
     if left := len(s.get("unsplit_lines", ())) + len(s.get("untouched_lines", ())):
-        lines.append(f"  schedule  {left} lines could not get the planned feed, see the warnings")
-    lines.append(f"  files     {folder}")
-    return "\n".join(lines)
+        facts.append(("schedule", f"{left} lines could not get the planned feed, see the warnings"))
+    told = (f"  {name:<8}  {words}" for name, words in [*facts, ("files", str(folder))])
+    return "\n".join(
+        [*told_disputes(result), f"{result.job.name}: {s['blocks']} blocks in {s['seconds']:.1f} s", *told]
+    )

@@ -17,12 +17,12 @@ from vmachining.engines.protocol import Engine, StockSurface
 from vmachining.errors import EngineError
 from vmachining.htmltable import facts_html, table_html
 from vmachining.interval import Interval
-from vmachining.job.brep import blank, refuse_beyond, write_step
+from vmachining.job.brep import JUDGED, blank, refuse_beyond, write_step
 from vmachining.job.engage import EdgeKind, Method, Scene, engage
 from vmachining.job.files import STAGES, TABLES, between, make_folder, read_table, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
-from vmachining.job.record import Spent, refuse_other_job
+from vmachining.job.record import Spent, in_words, refuse_other_job
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.stock import write_stock
 from vmachining.job.store import keep_stages, together
@@ -36,6 +36,13 @@ if TYPE_CHECKING:
 
 Kind = Literal["load", "bracket", "feed", "engagement", "stock"]
 """Of figures over the program."""
+
+HEAD = (
+    "block", "line", "text", "tool", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "proven", "time_s",
+    "warning",
+)  # fmt: skip
+ROWS, SHOWN = 5, 5
+"""Of the table in a notebook, and warnings among the facts."""
 
 DEVIATION_PAGE = "vmachining.report.deviation:write_deviation"
 PAGE = "vmachining.report:write_report"
@@ -81,7 +88,11 @@ class RunResult:
         )
 
     def _repr_html_(self) -> str:
-        return result_html(self)
+        """Sums of a run, and the head of its table."""
+        count = self.summary["blocks"]
+        rows = self.blocks.select(HEAD).head(ROWS).rows()
+        more = f"<p>and {count - len(rows)} more: <code>.blocks</code></p>" if count > len(rows) else ""
+        return facts_html(f"{self.job.name}: {count} blocks", self.facts) + table_html(HEAD, rows) + more
 
     def account(self) -> None:
         """Put into the summary what the run has cost up to now."""
@@ -119,6 +130,46 @@ class RunResult:
         if self._surface is None:
             self._surface = self.stock.surface()
         return self._surface
+
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """What came out, in words with units, the first warnings among it."""
+        s = self.summary
+        stated = f" ({s['stated_blocks']} of {s['blocks']} blocks are stated)" if s["stated_blocks"] else ""
+        sure = f"{'proven' if s['proven'] else 'stated, not proven'}{stated}"
+        after = f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""
+        out = [
+            ("removed", f"{s['removed_mm3']:.6g} mm3   +-{self.removed.error:.2g}"),
+            ("between", f"{s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm3, {sure}"),
+            ("time", f"{s['time_s']:.2f} s{after}"),
+            ("took", f"{in_words(s['stage_seconds'])}; at most {s['peak_mb']:.0f} MB"),
+            ("warnings", f"{s['warnings']}"),
+        ]
+        warned = (
+            self.blocks.filter(self.blocks["warning"].is_not_null()).select("line", "warning").head(SHOWN)
+        )
+        first = sorted([*warned.iter_rows(), *((line, text) for line, _, text in self.findings)])[:SHOWN]
+        out += [("", f"line {line}: {text}") for line, text in first]
+        if (left := s["warnings"] - len(first)) > 0:
+            out.append(("", f"and {left} more in blocks.parquet and report.html"))
+        if machine := s.get("machine"):
+            out.append(("machine", f"{machine['name']}: {', '.join(machine['rotary'])}"))
+        if asked := s["brep"]["asked"]:
+            said = ", ".join(f"{s['brep'][word]} {word}" for word in JUDGED)
+            out.append(("B-rep", f"{asked} blocks asked: {said}"))
+        for name, volume in s.get("stock_files_mm3", {}).items():
+            if abs(volume - s["final_mm3"]) > 1e-6 * s["final_mm3"]:
+                off, rounding = volume - s["final_mm3"], volume - s["stock_mesh_mm3"]
+                words = f"{name} differs from the estimate by {off:+.2g} mm3, {rounding:+.2g} of it"
+                out.append(("stock", f"{words} from rounding of its coordinates"))
+        out += [("stock", s["stock_step_refused"])] if "stock_step_refused" in s else []
+        if s["guesses"]:
+            out.append(
+                ("guesses", f"{len(s['guesses'])} lines of the job are guesses: report.html lists them")
+            )
+        out += [("note", text) for text in s["notes"]]
+        out += [("contact", text) for text in s.get("contact_notes", ())]
+        return out + ([("table", s["table_note"])] if "table_note" in s else [])
 
     def contact(
         self,
@@ -245,37 +296,3 @@ class RunResult:
             "files": {name: place.manifest["files"][name] for name in made},
         }  # fmt: skip
         place.save()
-
-
-HEAD = (
-    "block", "line", "text", "tool", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "proven", "time_s",
-    "warning",
-)  # fmt: skip
-ROWS = 5
-
-
-def how_sure(summary: Mapping[str, Any]) -> str:
-    """Whether the interval of the total is proven, and how many blocks are only stated."""
-    stated = summary["stated_blocks"]
-    word = "proven" if summary["proven"] else "stated, not proven"
-    return f"{word} ({stated} of {summary['blocks']} blocks are stated)" if stated else word
-
-
-def result_html(result: RunResult) -> str:
-    """Sums of a run, and the head of its table."""
-    s = result.summary
-    facts = [
-        ("removed", f"{s['removed_mm3']:.6g} mm³, between {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm³, "
-         f"{how_sure(s)}"),
-        ("stock", f"{s['stock_mm3']:.6g} mm³, then {s['final_mm3']:.6g} mm³"),
-        ("time", f"{s['time_s']:.2f} s of the program"),
-    ]  # fmt: skip
-    if s["scheduled_time_s"] is not None:
-        facts.append(("scheduled", f"{s['scheduled_time_s']:.2f} s"))
-    if s["brep"]["asked"]:
-        facts.append(("B-rep", ", ".join(f"{count} {word}" for word, count in s["brep"].items())))
-    facts.append(("warnings", str(s["warnings"])))
-    rows = result.blocks.select(HEAD).head(ROWS).rows()
-    left = s["blocks"] - len(rows)
-    more = f"<p>and {left} more: <code>.blocks</code></p>" if left > 0 else ""
-    return facts_html(f"{result.job.name}: {s['blocks']} blocks", facts) + table_html(HEAD, rows) + more
