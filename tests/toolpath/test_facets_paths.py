@@ -57,7 +57,7 @@ def left_on_cylinder(path, tool, part, sign, folder):
     name, dialect = ("part.nc", "iso") if upright else ("part.csv", "poses")
     writer = iso_program if upright else pose_table
     (folder / name).write_text(writer(path, feed_mm_min=1000.0))
-    job = path_job(path, name, dialect, tool, low=low - [0, 0, 5], high=high, name="part")
+    job = path_job(name, tool, dialect=dialect, low=low - [0, 0, 5], high=high, home=path.tips[0] + [0, 0, 1])
     (folder / "job.toml").write_text(job)
     stock = height_map(vm.Job.load(folder / "job.toml"), pitch=0.01, region=[[3.0, -7.0], [3.03, 7.0]])
     y, z = cells(stock)

@@ -177,16 +177,9 @@ def surface(o: Passes) -> int:
             )
             warnings += more
         job = path_job(
-            path,
-            out.name,
-            dialect,
-            end,
-            low=low,
-            high=high,
-            name=out.stem,
-            chord_mm=o.chord,
+            out.name, end, low=low, high=high, dialect=dialect, home=path.tips[0] + [0.0, 0.0, 1.0], chord_mm=o.chord,
             machine=o.machine,
-        )
+        )  # fmt: skip
         files = [out, out.with_suffix(".toml")]
         for file, content in zip(files, (text, job), strict=True):
             write_atomic(file, content)

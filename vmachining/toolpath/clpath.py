@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -216,40 +218,25 @@ WRITERS: dict[str, tuple[str, Callable[..., str]]] = {
 
 
 def path_job(
-    path: CLPath,
-    program: str,
-    dialect: str,
-    tool: FlatEnd | BallNose | BullNose,
-    *,
-    low: ArrayLike,
-    high: ArrayLike,
-    name: str,
-    chord_mm: float = 0.01,
-    machine: str | None = None,
-) -> str:
-    """Text of a job file that cuts a path from the block between two corners, mm; `machine` names a chain or its file."""
+    program: str, tool: FlatEnd | BallNose | BullNose, *, low: ArrayLike, high: ArrayLike, dialect: str = "iso",
+    home: Floats | None = None, chord_mm: float | None = None, machine: str | None = None,
+) -> str:  # fmt: skip
+    """Text of a job file, named after its program, that cuts the block between two corners, mm. home : of the tip, mm.
+    machine : a chain or its file."""
     kind = {FlatEnd: "flat", BallNose: "ball", BullNose: "bull"}[type(tool)]
-    corner = f"corner_radius_mm = {tool.corner_radius:g}\n" if isinstance(tool, BullNose) else ""
-    box = [", ".join(_number(v) for v in np.asarray(p, dtype=np.float64)) for p in (low, high)]
-    home = ", ".join(_number(v) for v in path.tips[0] + [0.0, 0.0, 1.0])
+    points = (np.asarray(p, dtype=np.float64) for p in (low, high, [0.0] * 3 if home is None else home))
+    least, most, begin = (f"[{', '.join(map(_number, point))}]" for point in points)
     key = "file" if machine is not None and machine.endswith(".toml") else "chain"
-    chain = "" if machine is None else f'\n[machine]\n{key} = "{machine}"\n'
-    return f"""name = "{name}"
-
-[program]
-file = "{program}"
-dialect = "{dialect}"
-home = [{home}]
-{chain}
-[[tools]]
-number = 1
-type = "{kind}"
-diameter_mm = {tool.diameter:g}
-{corner}length_mm = {tool.length:g}
-
-[stock]
-box = {{ min = [{box[0]}], max = [{box[1]}] }}
-
-[accuracy]
-chord_mm = {chord_mm:g}
-"""
+    name, file, chain = (
+        json.dumps(text, ensure_ascii=False) for text in (Path(program).stem, program, machine or "")
+    )
+    lines = [
+        f"name = {name}", "", "[program]", f"file = {file}", f'dialect = "{dialect}"',
+        *([] if home is None else [f"home = {begin}"]),
+        *([] if machine is None else ["", "[machine]", f"{key} = {chain}"]),
+        "", "[[tools]]", "number = 1", f'type = "{kind}"', f"diameter_mm = {tool.diameter:.9g}",
+        *([f"corner_radius_mm = {tool.corner_radius:.9g}"] if isinstance(tool, BullNose) else []),
+        f"length_mm = {tool.length:.9g}", "", "[stock]", f"box = {{ min = {least}, max = {most} }}",
+        *([] if chord_mm is None else ["", "[accuracy]", f"chord_mm = {chord_mm:g}"]),
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"

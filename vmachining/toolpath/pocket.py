@@ -13,10 +13,8 @@ inner loops shrinking, `"book_corrected"` its direction-parallel improvement wit
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from math import ceil, cos, hypot, sin, tan
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +23,8 @@ from shapely.geometry.base import BaseGeometry
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
-from vmachining.toolpath.clpath import iso_head, positive
+from vmachining.tool import FlatEnd
+from vmachining.toolpath.clpath import iso_head, path_job, positive
 from vmachining.toolpath.triangle import Triangle
 
 MODES = ("true", "book", "book_corrected")
@@ -320,23 +319,8 @@ def level_program(
 
 def pocket_job(triangle: Triangle, program: str, *, depth_mm: float) -> str:
     """Text of a job file, named after its program: a flat end mill and a block `MARGIN_MM` larger than the pocket."""
-    corners = triangle.corners
-    low = corners.min(axis=0) - triangle.r - MARGIN_MM
-    high = corners.max(axis=0) + triangle.r + MARGIN_MM
-    bottom = -depth_mm - MARGIN_MM
-    numbers = ", ".join(f"{v:.4f}" for v in (*low, bottom))
-    upper = ", ".join(f"{v:.4f}" for v in (*high, 0.0))
-    return f"""name = {json.dumps(Path(program).stem, ensure_ascii=False)}
-
-[program]
-file = {json.dumps(program, ensure_ascii=False)}
-
-[[tools]]
-number = 1
-type = "flat"
-diameter_mm = {2.0 * triangle.r:.9g}
-length_mm = {max(3.0 * depth_mm, 4.0 * triangle.r):.9g}
-
-[stock]
-box = {{ min = [{numbers}], max = [{upper}] }}
-"""
+    corners, room = triangle.corners, triangle.r + MARGIN_MM
+    low = np.append(corners.min(axis=0) - room, -depth_mm - MARGIN_MM).round(4)
+    high = np.append(corners.max(axis=0) + room, 0.0).round(4)
+    tool = FlatEnd(diameter=2.0 * triangle.r, length=max(3.0 * depth_mm, 4.0 * triangle.r))
+    return path_job(program, tool, low=low, high=high)
