@@ -111,3 +111,10 @@ def test_binary_files_are_named(data, kind):
 )
 def test_tape_codes_and_code_pages_are_text(data):
     parse_program(data, "p", tools=TOOLS)
+
+
+@pytest.mark.parametrize("line", ["CYCLE90(5,0,1,-10,,20,17,1.5,300,2,0,10,10)", "G41 G147 DISR=5 X0 Y0"])
+def test_what_a_named_dialect_lacks_is_no_other_control(line):
+    """No word of this program but the wrong line says Sinumerik; the job does."""
+    program = parse_program(f"G17 G90\nG1 X1 F9\n{line}\nM30".encode(), "p", dialect="sinumerik", tools=TOOLS)
+    assert {f.code for f in program.errors} == {"E208"} and len(program.moves) == 1

@@ -153,11 +153,13 @@ def recognised(
         raw = lines[number - 1][:LONGEST] if number <= len(lines) else ""
         bare = _COMMENT.sub(lambda hit: " " * len(hit[0]), raw.removeprefix("\ufeff"))
         for what, remedy, mark in _COMPILED:
-            if what == _SIEMENS and dialect == "okuma":
+            if what == _SIEMENS and dialect in ("okuma", "sinumerik"):
                 continue
             if what == _MACRO and dialect in ("fanuc", "haas", "mazak", "okuma"):
                 continue
-            if remedy.endswith(f"dialect {dialect}") or (what == _GCODE and g_code):
+            if remedy.endswith(f"dialect {dialect}") or (
+                what == _GCODE and (g_code or dialect == "sinumerik")
+            ):
                 continue
             if found := mark.search(bare):
                 word = found[0].strip()
