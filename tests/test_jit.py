@@ -62,6 +62,32 @@ def test_numbers_that_are_written_out_make_no_other_signature():
     assert len(picked_compiled.signatures) == 1
 
 
+LINKED = """
+from vmachining.jit import kernel, leaf
+
+@leaf
+def steps(n):  # calls itself, so nobody inlines it
+    return 0 if n < 1 else 1 + steps(n // 2) + steps(n - 2)
+
+@kernel
+def counted(n):
+    return steps(n)
+
+assert counted(9) == steps(9)
+(made,) = counted.overloads.values()
+text = made.library.get_llvm_str()
+print(text.count("define internal"), text.count("define linkonce_odr"))
+"""
+
+
+def test_what_a_kernel_links_in_is_its_own(tmp_path):
+    """Else LLVM keeps all numbers of all arrays that are handed over. If this fails, kernels are right, and slower."""
+    program = tmp_path / "linked.py"
+    program.write_text(LINKED)
+    internal, others = said(program, tmp_path / "cache")
+    assert int(internal) > 0 and others == "0"
+
+
 PROGRAM = """
 import numpy as np
 from vmachining.notice import notice
