@@ -24,8 +24,11 @@ LEAST = 2**20
 
 
 @contextmanager
-def writing(target: Path, remedy: str = "choose another --out or free some disk space") -> Iterator[None]:
-    """Failures of the operating system as refusals that name the file: `FullError`, or else InputError."""
+def writing(target: Path, elsewhere: str = "") -> Iterator[None]:
+    """Failures of the operating system as refusals that name the file: `FullError`, or else InputError.
+
+    elsewhere : how another place is chosen, if not by --out.
+    """
     try:
         yield
     except Exception as exc:
@@ -34,14 +37,17 @@ def writing(target: Path, remedy: str = "choose another --out or free some disk 
             number, why = errno.ENOSPC, os.strerror(errno.ENOSPC)
         elif not isinstance(exc, OSError):
             raise
-        kind = FullError if number in FULL else InputError
-        raise kind(f"cannot write: {why}", file=target, remedy=remedy) from exc
+        what, remedy = f"cannot write: {why}", elsewhere or "choose another --out"
+        if number not in FULL:
+            raise InputError(what, file=target, remedy=remedy) from exc
+        room = "free some disk space" + (f" or {elsewhere}" if elsewhere else "")
+        raise FullError(what, file=target, remedy=room) from exc
 
 
 @contextmanager
 def scribbling(folder: Path) -> Iterator[None]:
     """The same for files of a temporary directory, in whatever process."""
-    with writing(folder, "free some disk space there, or set TMPDIR to another directory"):
+    with writing(folder, "set TMPDIR to another directory"):
         yield
 
 

@@ -199,6 +199,11 @@ def test_a_part_and_a_whole_result_do_not_replace_each_other(tmp_path, small):
         vm.run(job, out=one)
     assert {path: path.read_bytes() for folder in (whole, one) for path in folder.iterdir()} == before
     run_part(job, Part(1, 2), out=whole, force=True)
+    with pytest.raises(
+        InputError, match=r"is the file \d of the parts of this job"
+    ):  # it was lost, and an internal failure
+        vm.run(job, out=one, parts=read_parts([one, tmp_path / "2"]), force=True)
+    read_parts([one, tmp_path / "2"])
 
 
 @pytest.mark.parametrize("text", ["0/3", "4/3", "3", "a/b", "1/0", "-1/2", ""])

@@ -174,8 +174,9 @@ class Course:
         make_folder(self.folder)
         self.lock.acquire()
         words = [*(program_words() if self.asked.command is None else self.asked.command)]
+        parts = [] if self.asked.parts is None else [*self.asked.parts.cut, *self.asked.parts.contact]
         self.record.open(
-            job, self.options, words, program.files, resume=self.asked.resume, force=self.asked.force
+            job, self.options, words, program.files, parts, resume=self.asked.resume, force=self.asked.force
         )
         return Given(tools, toolpath, times, stock)
 

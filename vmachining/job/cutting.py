@@ -129,9 +129,7 @@ class Cutting:
             kept, known = drop_torn_row(rows_path), self.record.known(name)
             goes_on = "starts again" if known is None else f"continues after block {known['done']}"
             what = f"{exc.message}; {kept} of {len(toolpath.blocks)} blocks are in {rows_path.name}"
-            raise FullError(
-                what, file=exc.file, remedy=f"free some disk space, then --resume {goes_on}"
-            ) from exc
+            raise FullError(what, file=exc.file, remedy=f"{exc.remedy}, then --resume {goes_on}") from exc
         finally:
             hands.close()
 

@@ -31,9 +31,12 @@ class Record:
         self.spent, self._progress = spent, progress
 
     def open(
-        self, job: Job, options: dict[str, Any], command: Sequence[str], subprograms: Sequence[str], *, resume: bool, force: bool
+        self, job: Job, options: dict[str, Any], command: Sequence[str], subprograms: Sequence[str], parts: Sequence[Path], *,
+        resume: bool, force: bool,
     ) -> None:  # fmt: skip
         """Begin anew, or continue with what is there, see `store.continued`.
+
+        parts : files of parts that will be read.
 
         Raises InputError: The directory holds files of somebody else, or the result of another job and nobody said
             `force`.
@@ -41,7 +44,7 @@ class Record:
         """
         roles = job.inputs | {f"subprogram {k}": Path(name) for k, name in enumerate(subprograms, 1)}
         inputs, place = fingerprints(roles), self.place
-        place.refuse_foreign(roles)
+        place.refuse_foreign(roles | {f"file {k} of the parts": file for k, file in enumerate(parts, 1)})
         old = place.earlier()
         fresh: dict[str, Any] = {
             "kind": RUN, "job": job.name, "job_file": job.source and str(job.source.resolve()), "complete": False,
