@@ -332,3 +332,16 @@ def test_register_0_alone_takes_the_tool_length_away():
     for word in ("H0", "G49", "G43 H0"):
         assert slides(f"G43 H1 Z20.\n{word} Z100.\nX3.")[-2:] == [100.0, 100.0]
     assert slides("H0 Z100.") == slides("Z100.") == [5.0, 100.0]
+
+
+def test_a_loop_that_waits_is_told_at_once():
+    """For an input, or a variable of another program; one that counts ends, and branches may repeat between calls."""
+    waiting = "O1\n#501=0\nN10 (WAIT)\nIF [#501 EQ 0] GOTO 10\nG0 X1.\nM30"
+    (found,) = parse_program(waiting.encode(), "p", dialect="fanuc").errors
+    assert (found.code, found.line) == ("E413", 4) and "nothing changes" in found.message
+    ends = (
+        "O1\n#1=0\nWHILE [#1 LT 3] DO1\nIF [#1 EQ 9] GOTO 9\n#1=#1+1\nEND1\nM98 P2 L2\n"
+        "N9 G0 X#1\nM30\nO2\nIF [#501 EQ 9] GOTO 5\nN5\nM99"
+    )
+    program = parse_program(ends.encode(), "p", dialect="fanuc")
+    assert not program.errors and program.moves[-1].end[0] == 3.0

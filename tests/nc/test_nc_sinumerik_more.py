@@ -243,3 +243,13 @@ def test_variables_of_the_machine_are_noted_and_words_of_the_path_are_not():
     assert codes(program) == [] and sum(f.code == "I408" for f in program.findings) == 2
     for word in ("OFFN=2", "POS[X]=5", "LEAD=3", "A4=1"):
         assert codes(read(f"{word}\nG0 X1")) in (["E207"], ["E208"]), word
+
+
+def test_feed_per_tooth():
+    """FZ of G95 counts by the teeth of the tool: 0.1 mm x 4 x 2400/min."""
+    text = "G17 G71 G90\nT1 M6\nG{} S2400 FZ=0.1 M3\nG1 X10\nM30"
+    four = {1: ToolEntry(1, 10.0, 50.0, flutes=4)}
+    program = parse_program(text.format(95).encode(), "p", dialect="sinumerik", tools=four)
+    assert not program.errors and program.moves[-1].feed_mm_min == pytest.approx(960.0)
+    wrong = parse_program(text.format(94).encode(), "p", dialect="sinumerik", tools=four)
+    assert wrong.errors[0].code == "E301" and not wrong.moves

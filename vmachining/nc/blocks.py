@@ -136,12 +136,11 @@ class Reader(OneBlock):
         if isinstance(self.translator, Lathe):
             steps.left_out = self.translator.leaves_out
         try:
-            at, ends = steps.drive(first, stop, self.settings.max_steps)
+            at, endless = steps.drive(first, stop, self.settings.max_steps)
         except (OSError, NCError) as exc:
             raise GiveUpError("E412", stop, f"the file of a subprogram: {exc}") from None
-        if not ends:
-            what = f"loops and calls repeated over {self.settings.max_steps} lines: is there an end?"
-            raise GiveUpError("E413", at, what)
+        if endless:
+            raise GiveUpError("E413", at, endless)
         if not self.state.ended and at < stop:
             self.state.ended = True
         return at

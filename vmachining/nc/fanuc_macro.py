@@ -60,6 +60,8 @@ BUILDER: Final = range(9000, 10000)
 MAX_DEPTH: Final = 64
 MISSING: Final = "put O{}.nc beside the program or name its folder by --subroutines; M99 alone will do where it moves nothing"
 _PLACES: Final = re.compile(r"(?<![A-Z])[XYZABC][ \t]*[-+.0-9#\[]", re.IGNORECASE)
+_EMPTY: Final = re.compile(r"\s*(?:N[ \t]*[0-9]+)?[\s;%]*", re.IGNORECASE)
+_ASKS: Final = re.compile(r"\s*(?:N[ \t]*[0-9]+\s*)?(?:IF(?!.*THEN)|GOTO|WHILE|END)", re.IGNORECASE)
 _STAYS: Final = re.compile(r"(?<![A-Z])G[ \t]*0*(?:4|10|5[0-2]|6[89]|92)(?![0-9])", re.IGNORECASE)
 """Codes whose axis words move nothing."""
 
@@ -152,19 +154,29 @@ class MacroFlow:
                 self.starts = sorted([*self.starts, file.first - 1])
         return self.programs[number]
 
-    def drive(self, first: int, stop: int, limit: int) -> tuple[int, bool]:
-        """Run from a line to the end; the line after the last, and False where over `limit` lines were repeated."""
+    def drive(self, first: int, stop: int, limit: int) -> tuple[int, str]:
+        """Run from a line to the end; the line after the last, and why it does not end, "" where it does."""
         at, steps = first, 0
+        asked = set[int]()  # branches since anything else ran: the same one again goes the same way
         while at < (last := self.files.stop(at, stop)):
             place = bisect_left(self.stops, at)
             until = min(self.stops[place], last) if place < len(self.stops) else last
             if at < until and self.modal is not None and self.modal[1] == len(self.calls):
                 at, steps = self._each(at), steps + 1
+                asked.clear()
             elif at < until:
                 begin, at = at, self.run(at, until)
                 steps += at - begin
+                if at - begin > 2 or not all(map(_EMPTY.fullmatch, self.bare[begin:at])):
+                    asked.clear()
             else:
                 steps += 1
+                if not _ASKS.match(self.bare[at]):
+                    asked.clear()
+                elif at in asked:
+                    return at, "a loop in which nothing changes: it waits for what is not in the program"
+                else:
+                    asked.add(at)
                 try:
                     at = self._step(at, last)
                 except NoValueError as exc:
@@ -174,12 +186,12 @@ class MacroFlow:
                     self.report(Problem("E107", self._word(at), str(exc)), at)
                     at += 1
             if self.over() or at < 0:
-                return abs(at), True
+                return abs(at), ""
             if steps > limit + stop - first:
-                return at, False
+                return at, f"loops and calls repeated over {limit} lines: is there an end?"
         if self.calls:
             self.report(Problem("E415", None, NEVER), self.calls[-1].start)
-        return stop, True
+        return stop, ""
 
     def _each(self, index: int) -> int:
         """A line under G66: its macro comes after it, where it moves an axis; under G66.1 always."""

@@ -170,10 +170,13 @@ class Modes(Turning):
                 (name in ("F", "S") or re.fullmatch(r"S\d", name)) and dwells
             ):
                 continue
-            elif name == "F" and word.kind in ("word", "set"):
+            elif name in ("F", "FZ") and word.kind in ("word", "set"):
                 feed = self.number(value, word.text)
                 if feed < 0.0:
                     raise PenError("E301", f"the feed {feed:g} is negative", word.text)
+                if name == "FZ" and pen.feed_mode != "rev":
+                    raise PenError("E301", "FZ is a feed per tooth of G95", word.text)
+                feed *= pen.teeth() if name == "FZ" else 1
                 pen.feed = (feed if pen.feed_mode == "inverse" else feed * pen.scale) or None
             elif name == "S" or (word.kind == "set" and re.fullmatch(r"S\d", name)):
                 speed = self.number(value, word.text)

@@ -215,7 +215,7 @@ KNOWN: Final = frozenset(map(float, (
 )))  # fmt: skip
 USED: Final = frozenset({
     *AXES, *ROTARY, "I", "J", "K", "I1", "J1", "K1", "X1", "Y1", "Z1", "CR", "AR", "TURN", "CHF", "CHR", "RND", "RNDM", "FP",
-    "FB", "FRC", "FRCM", "A3", "B3", "C3", "AP", "RP", "ANG", "F", "S", "T", "D",
+    "FB", "FRC", "FRCM", "A3", "B3", "C3", "AP", "RP", "ANG", "F", "FZ", "S", "T", "D",
 })  # fmt: skip
 NOT_A_VARIABLE: Final = frozenset({
     "OFFN", "POS", "POSA", "POSP", "THETA", "PHI", "PSI", "NUT", "LEAD", "TILT", "ISD", "DILF", "POLF", "ANG1", "ANG2", "DISR",
