@@ -27,23 +27,23 @@ class RunOptions:
     """Options of `vmachining run` that change what is computed or written, as they were given."""
 
     engine: str | None = opt(None, "NAME", ENGINES)
-    width: str | None = opt(None, "1%", "Columns: width of each block's bracket, instead of that of the job.")
+    width: str | None = opt(None, "1%", "Columns: width of each block's bracket; default: that of the job.")
     chord: float | None = opt(None, "MM", CHORD)
-    spacing: float | None = opt(None, "MM", "Dexel: distance of rays (default: half a million rays).")
-    directions: int | None = opt(None, "1|3", "Dexel: rays along z, or x, y and z.")
-    brep: str = opt("none", "WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")
+    spacing: float | None = opt(None, "MM", "Dexel: distance between rays (default: half a million rays).")
+    directions: int | None = opt(None, "1|3", "Dexel: rays along z only, or along x, y and z.")
+    brep: str = opt("none", "WHICH", "Blocks with a B-rep check: none, sample, all or 3,7-12.")
     brep_seconds: float | None = opt(None, "S", BREP_SECONDS, min=1.0)
     contact: str = opt("all", "WHICH", "Blocks with contact and forces: none, sample or all.")
     stages: str | None = opt(
-        None, "NAMES", "Some of cut, contact, plan, judge, show (default: all), e.g. cut,judge."
+        None, "NAMES", "Only these of cut, contact, plan, judge, show (default: all), e.g. cut,judge."
     )
     workers: int | None = opt(
-        None, None, "Processes that cut (default: the cores, for long programs).", min=1
+        None, None, "Number of processes that cut (default for long programs: one per core).", min=1
     )
     scheduler: each.Scheduler = None
-    part: str | None = opt(None, "K/N", "Only part K of N, for `merge`, such as 3/64.")
+    part: str | None = opt(None, "K/N", "Run only part K of N, such as 3/64; `merge` joins the parts.")
     stock: each.StockOut = "stl"
-    stock_at: str | None = opt(None, "BLOCKS", "Workpiece after blocks 7,12-14: stock_7.step, ...")
+    stock_at: str | None = opt(None, "BLOCKS", "Write the workpiece after blocks 7,12-14: stock_7.step, ...")
     csv: each.Csv = False
 
     def given(self) -> dict[str, Any]:
@@ -87,7 +87,7 @@ class Run:
 
 @command(jobs, "jobs:measure", "measure job.toml --out out/measured")
 class Measure:
-    """Measure the finished workpiece against [design] by discrete vectors: overcut, undercut, where it is."""
+    """Measure the finished workpiece against [design] by discrete vectors: overcut and undercut with their positions."""
 
     job: Path = arg("JOB.toml", "Job file with [design].")
     out: each.Out = None
@@ -117,12 +117,12 @@ Result = Annotated[Path, argument("RESULT", "Directory of a complete result.")]
     jobs, "jobs:add_to_result", "check out/part --brep sample", "check out/part --brep 3,7-12", name="check"
 )
 class CheckResult:
-    """B-rep checks of a finished result; nothing is cut again."""
+    """Add B-rep checks to a finished result; nothing is cut again."""
 
     result: Result
     brep: str = opt("sample", "WHICH", "sample, all or blocks 3,7-12.")
     brep_seconds: float | None = opt(None, "S", BREP_SECONDS, min=1.0)
-    workers: int | None = opt(None, None, "Processes that check.", min=1)
+    workers: int | None = opt(None, None, "Number of processes that check.", min=1)
     quiet: each.Quiet = False
     as_json: each.Json = False
 
@@ -150,8 +150,8 @@ class Init:
     """Write a commented job file from a program: dialect, units, tools and stock as far as the program gives them."""
 
     program: Path = arg("PROGRAM", "NC program.")
-    out: Path | None = opt(None, "JOB.toml", "The file to write; default: next to the program; - prints it.")
-    dialect: str | None = opt(None, None, "Of the program; default: detected and reported.")
+    out: Path | None = opt(None, "JOB.toml", "File to write; default: next to the program; - prints it.")
+    dialect: str | None = opt(None, None, "Dialect of the program; default: detected and reported.")
     tools: each.Library = None
     tool: each.OneTool = None
     units: each.Units = ""
@@ -169,8 +169,8 @@ class Batch:
     """Simulate many jobs; one that fails does not stop the others. Ends with a table, a data set and a page."""
 
     files: list[Path] = arg("JOB.toml...", "Job files.")
-    out: Path = opt(Path("out"), "DIR", "One directory per job in it.")
-    workers: int | None = opt(None, None, "Processes of this machine (default: 1).", min=1)
+    out: Path = opt(Path("out"), "DIR", "Directory for the results, with one directory per job.")
+    workers: int | None = opt(None, None, "Number of processes on this machine (default: 1).", min=1)
     scheduler: each.Scheduler = None
     stock: each.StockOut = "stl"
     csv: each.Csv = False
@@ -181,7 +181,7 @@ class Batch:
 
 @command(jobs, "warm:warm", "warm")
 class Warm:
-    """Compile all kernels now, in two processes: no later command has to wait for them."""
+    """Compile all kernels now, in two processes, so that no later command has to wait."""
 
     quiet: each.Quiet = False
 
@@ -191,7 +191,7 @@ class Demo:
     """Simulate a model that comes with the package."""
 
     name: str = arg("[NAME]", "Model; --list names them.", "slot")
-    listed: bool = flag("--list", "Name the models, and what each shows.")
+    listed: bool = flag("--list", "List the models and what each shows.")
     out: each.Out = None
     stock: each.StockOut = "stl"
     quiet: each.Quiet = False
@@ -218,10 +218,10 @@ class Figure:
         "pdf"
     )
     over: str | None = opt(
-        None, "time|block", "What the x axis shows; default: time; block for bracket, references."
+        None, "time|block", "Quantity on the x axis; default: time (block for bracket, references)."
     )
     width: float = opt(174.0, "MM", "Width of the figure.", min=50.0, max=1000.0)
-    out: Path | None = opt(None, "DIR", "Where files go; default: next to the results.")
+    out: Path | None = opt(None, "DIR", "Directory for the figures; default: that of the results.")
     as_json: each.Json = False
 
 
@@ -232,29 +232,29 @@ class Describe:
     """Describe a machine: chain, class, axes, limits, options, legs; as text and as a page with pictures."""
 
     name: str | None = arg("[NAME|FILE]", "Preset, machine file or job; without it: all presets.", None)
-    out: Path | None = opt(None, "HTML", "The page; default: NAME.html here.")
+    out: Path | None = opt(None, "HTML", "Page to write; default: NAME.html in this directory.")
     as_json: each.Json = False
 
 
 @command(shows, "show:view", "view out/slot", "view models/slot/job.toml --port 8000")
 class View:
-    """The report in a browser, on loopback only: of a job while it runs and whenever its files change. Ends with Ctrl-C."""
+    """Show the report in a browser, on loopback only. A job runs again whenever its files change. Ctrl-C stops it."""
 
     target: Path = arg("JOB.toml|DIR", "Job file, or result directory.")
     out: each.Out = None
     engine: each.Engine = None
-    port: int = opt(0, None, "On this machine; 0: any that is free.", min=0, max=65535)
+    port: int = opt(0, None, "Port on this machine; 0: any free one.", min=0, max=65535)
     once: bool = flag("--once", "Do not run the job again when its files change.")
 
 
 @command(shows, "show:strategies", "strategies models/slot/job.toml", "strategies out/slot --json")
 class Strategies:
-    """All feed strategies on the same job: time, peak and spread of volume rate, chip area and force.
+    """Compare all feed strategies on one job: time, peak and spread of volume rate, chip area and force.
 
     Each strategy's program is written (scheduled_NAME.nc) and judged by simulation; inserted blocks cost one more.
     """
 
-    target: Path = arg("JOB.toml|DIR", "Job with [feed], or result directory of one.")
+    target: Path = arg("JOB.toml|DIR", "Job with [feed], or its result directory.")
     out: each.Out = None
     engine: each.Engine = None
     resume: bool = flag("--resume", "Continue an interrupted run.")

@@ -161,7 +161,7 @@ finite = within(-MOST, MOST)
 
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output on stdout, and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary; errors only.")]
-Scheduler = Annotated[str | None, option("ADDRESS", "Workers of this Dask scheduler instead.")]
+Scheduler = Annotated[str | None, option("ADDRESS", "Use the workers of this Dask scheduler instead.")]
 Resume = Annotated[bool, switch("--resume", "Continue where an interrupted run stopped.")]
 OfMachine = Annotated[
     str | None, option("NAME|FILE", "Preset, machine file or job; moves beyond its limits are findings.")
@@ -169,14 +169,12 @@ OfMachine = Annotated[
 ProgramArg = Annotated[str, argument("PROGRAM", "NC program; - reads standard input.")]
 JobArg = Annotated[Path, argument("JOB.toml", "Job file.")]
 Out = Annotated[Path | None, option("DIR", "Result directory; default out/NAME.")]
-Engine = Annotated[str | None, option("NAME", "Of a job; default as in run.")]
-Csv = Annotated[bool, switch("--csv", "blocks.csv also above 100,000 blocks; blocks.parquet always.")]
+Engine = Annotated[str | None, option("NAME", "Engine for a job; default as in run.")]
+Csv = Annotated[bool, switch("--csv", "Write blocks.csv also above 100,000 blocks.")]
 StockOut = Annotated[str, option("LIST", "Finished stock as stl, 3mf, glb, step (comma list).")]
 LIBRARY = "Tool library: .tools, .json, .fctl, .fctb, .tbl, .t or .csv."
 Library = Annotated[Path | None, typer.Option("--tools", metavar="LIBRARY", help=LIBRARY)]
-ONE_TOOL = (
-    "A tool that the program does not tell, such as 3=ball:10 or 1=flat:1/2in; repeatable, before --tools."
-)
+ONE_TOOL = "A tool that the program does not describe, such as 3=ball:10 or 1=flat:1/2in; repeatable, overrides --tools."
 OneTool = Annotated[list[str] | None, typer.Option("--tool", metavar="N=TYPE:SIZE", help=ONE_TOOL)]
 Units = Annotated[str, option(None, "mm or inch, if the program does not set it.")]
 DIALECTS = "Program dialect: iso, fanuc, haas, mazak, okuma, mts, apt, poses; auto: detected and reported."
