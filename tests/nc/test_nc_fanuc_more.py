@@ -345,3 +345,12 @@ def test_a_loop_that_waits_is_told_at_once():
     )
     program = parse_program(ends.encode(), "p", dialect="fanuc")
     assert not program.errors and program.moves[-1].end[0] == 3.0
+
+
+def test_a_file_that_opens_with_subprograms_runs_the_program_that_ends():
+    sub, main = "O9\nG91 G0 X5.\nG90\nM99\n", "O1\nG0 X1.\nM98 P9 L2\nM30\n"
+    program = parse_program(f"%\n{sub}{main}%".encode(), "p", dialect="fanuc")
+    assert [move.end[0] for move in program.moves] == [1.0, 6.0, 11.0]
+    assert [(f.code, f.line) for f in program.findings if f.code == "I213"] == [("I213", 6)]
+    both = parse_program(f"%\n{sub}{main}{main.replace('O1', 'O2')}%".encode(), "p", dialect="fanuc")
+    assert "W415" in {f.code for f in both.findings}  # of two nobody knows which is meant

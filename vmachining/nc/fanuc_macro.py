@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from collections.abc import Callable
-from itertools import chain, islice
+from itertools import chain, islice, pairwise
 from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.block import Problem
@@ -60,6 +60,8 @@ BUILDER: Final = range(9000, 10000)
 MAX_DEPTH: Final = 64
 MISSING: Final = "put O{}.nc beside the program or name its folder by --subroutines; M99 alone will do where it moves nothing"
 _PLACES: Final = re.compile(r"(?<![A-Z])[XYZABC][ \t]*[-+.0-9#\[]", re.IGNORECASE)
+_STOPS: Final = re.compile(r"(?<![A-Z#])M[ \t]*0*(?:2|30)(?![0-9.])", re.IGNORECASE)
+_RETURNS: Final = re.compile(r"(?<![A-Z#])M[ \t]*99(?![0-9.])", re.IGNORECASE)
 _EMPTY: Final = re.compile(r"\s*(?:N[ \t]*[0-9]+)?[\s;%]*", re.IGNORECASE)
 _ASKS: Final = re.compile(r"\s*(?:N[ \t]*[0-9]+\s*)?(?:IF(?!.*THEN)|GOTO|WHILE|END)", re.IGNORECASE)
 _STAYS: Final = re.compile(r"(?<![A-Z])G[ \t]*0*(?:4|10|5[0-2]|6[89]|92)(?![0-9])", re.IGNORECASE)
@@ -154,9 +156,21 @@ class MacroFlow:
                 self.starts = sorted([*self.starts, file.first - 1])
         return self.programs[number]
 
+    def main(self, first: int, stop: int) -> int:
+        """Where reading begins: in a file that opens with subprograms, after the O number of the only program that ends."""
+        heads = [k for k in self.starts if first <= k < stop]
+        parts = [(a, self.bare[a:b]) for a, b in pairwise([*heads, stop])]
+        ends = [a for a, lines in parts if any(map(_STOPS.search, lines))]
+        calls = all(any(map(_RETURNS.search, lines)) for a, lines in parts if a < ends[0]) if ends else False
+        if len(ends) != 1 or ends[0] == heads[0] or not calls:
+            return first
+        what = "the file opens with subprograms: this program is run, the only one with M2 or M30"
+        self.report(Problem("I213", self._word(ends[0]), what), ends[0])
+        return ends[0] + 1
+
     def drive(self, first: int, stop: int, limit: int) -> tuple[int, str]:
         """Run from a line to the end; the line after the last, and why it does not end, "" where it does."""
-        at, steps = first, 0
+        at, steps = self.main(first, stop), 0
         asked = set[int]()  # branches since anything else ran: the same one again goes the same way
         while at < (last := self.files.stop(at, stop)):
             place = bisect_left(self.stops, at)
