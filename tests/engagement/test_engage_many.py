@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import time
+from multiprocessing import active_children
 
 import numpy as np
 import polars as pl
@@ -82,6 +84,19 @@ def test_two_processes_say_the_same(tmp_path):
         engage_many(job, asked, folder, workers=workers, angles=24)
         tables.append(pl.read_parquet(folder / "engagement.parquet"))
     assert tables[0].equals(tables[1])
+
+
+@pytest.mark.slow  # 4 s: two interpreters start
+def test_a_failure_ends_the_other_processes_at_once(tmp_path):
+    """Errands under way, and those that had been handed out, were waited for: minutes."""
+    job = load(tmp_path)
+    asked = positions(Scene.of(job), str(SLOT), every_mm=0.01)
+    with pytest.raises(InputError):
+        engage_many(job, asked, tmp_path, workers=2, angles=-1)
+    until = time.monotonic() + 10.0
+    while active_children() and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not active_children() and not list(tmp_path.glob(".vmachining*"))
 
 
 def test_command(tmp_path, capsys):
