@@ -216,10 +216,9 @@ def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
 
     job, toolpath = result.job, result.toolpath
     tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
-    blocks = toolpath.blocks
     if after is not None:
-        refuse_beyond((range(after, after + 1),), len(blocks) - 1, "STEP of the workpiece")
-        blocks = blocks[: after + 1]
+        refuse_beyond((range(after, after + 1),), len(toolpath.blocks) - 1, "STEP of the workpiece")
+    blocks = toolpath.blocks[: None if after is None else after + 1]
     slack = float(result.summary.get("stock_slack_mm3", 0.0))  # of the triangles that were cut
     rows = (
         result.blocks.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3").head(len(blocks)).iter_rows()

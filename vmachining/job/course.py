@@ -46,6 +46,7 @@ from vmachining.job.verified import (
     verified,
     write_again,
 )
+from vmachining.memory import give_back
 from vmachining.progress import Progress
 
 if TYPE_CHECKING:
@@ -93,6 +94,7 @@ class Course:
         """One stage after the other, see `spent.STAGES`."""
         with self.spent.on("read"):
             given = self._read()
+        give_back()  # as much as what stays, of a long program
         engine = self._stage("program", given, self._counts())
         with self.spent.on("cut"):
             total = self._total(given, engine)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -138,7 +138,7 @@ class Scene:
 
     job: Job
     program: Program
-    blocks: tuple[Block, ...]
+    blocks: Sequence[Block]
     cuts: tuple[tuple[int, int, CutterPath], ...]
     _kept: dict[str, Any]
 

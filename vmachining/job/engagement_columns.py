@@ -278,7 +278,7 @@ class _Pass:
         progress(name, done, total)
         if ranges and not is_swept:
             self._sweep()
-        hands = [self.sweeps, *(self.sweeps.twin() for _ in range(threads_for(workers, len(ranges)) - 1))]
+        hands = [self.sweeps, *self.sweeps.twins(threads_for(workers, len(ranges)) - 1)]
         saved = time.monotonic()
         with closing(in_order(self._chunk, ranges, hands)) as chunks:
             for numbers in ranges:

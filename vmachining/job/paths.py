@@ -21,7 +21,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Bools, Floats, rows
+from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import KinematicsError, NCError, SweepError
 from vmachining.geometry import Arc, Line, arc_between
 from vmachining.machine import Machine, Peaks, linear_peaks, peak_accelerations, peak_times, tcp_block_peaks
@@ -75,6 +75,11 @@ class Paths:
     def __init__(self, start: ArrayLike, end: ArrayLike, others: dict[int, CutterPath]) -> None:
         self.start, self.end = rows(start, -1, 3, name="start"), rows(end, -1, 3, name="end")
         self.others = others
+
+    def some(self, which: Ints) -> Paths:
+        """Those with some numbers, rising."""
+        others = {k: self.others[j] for k, j in enumerate(which.tolist()) if j in self.others}
+        return Paths(self.start[which], self.end[which], others)
 
     def __len__(self) -> int:
         return len(self.start)

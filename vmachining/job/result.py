@@ -27,6 +27,7 @@ from vmachining.job.schedule import ScheduleReport
 from vmachining.job.stock import write_stock
 from vmachining.job.store import keep_stages, together
 from vmachining.job.toolpath import Toolpath
+from vmachining.memory import give_back
 from vmachining.nc import Program
 from vmachining.stock import Triangles
 
@@ -129,6 +130,7 @@ class RunResult:
         """Triangles of the finished workpiece with the block that cut each; made once, for files, report and picture."""
         if self._surface is None:
             self._surface = self.stock.surface()
+            give_back()
         return self._surface
 
     @property

@@ -159,7 +159,7 @@ class Stage:
                 rows.write(some)
 
         try:
-            for block in self.toolpath.blocks[first:]:
+            for block in map(self.toolpath.blocks.__getitem__, range(first, total)):
                 stopped = stop()
                 if not stopped:
                     ordered.append(self._order(block))

@@ -12,7 +12,7 @@ import polars as pl
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engagement.along import Sweeps
-from vmachining.job.paths import CutterPath
+from vmachining.job.paths import Paths
 from vmachining.job.table import CONTACT, read_partial
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion, Move
@@ -99,7 +99,7 @@ class CuttingMotions(NamedTuple):
     block: Ints
     tool: Ints
     move: list[Move]
-    path: list[CutterPath]
+    path: Paths
     rev_min: Floats
     scale: Floats
     per_feed: Floats
@@ -108,15 +108,13 @@ class CuttingMotions(NamedTuple):
     def of(cls, toolpath: Toolpath, tools: Mapping[int, Tool], rev_min: float | None) -> Self:
         """rev_min : where the program gives none."""
         nan = float("nan")
-        steps = toolpath.moves
-        cuts = [
-            (block.number, k) for block in toolpath.blocks for k in block.moves
-            if steps[k].motion is not Motion.RAPID and steps[k].tool in tools
-        ]  # fmt: skip
-        moves, paths = [steps[k] for _, k in cuts], [toolpath.paths[k] for _, k in cuts]
-        block = np.array([number for number, _ in cuts], dtype=np.int64)
+        steps, blocks = toolpath.moves, toolpath.blocks
+        cuts = np.array([
+            steps[k].motion is not Motion.RAPID and steps[k].tool in tools for k in blocks.motion.tolist()
+        ], dtype=np.bool_)  # fmt: skip
+        block, at = blocks.owner[cuts], blocks.motion[cuts]
+        moves, paths, length = [steps[k] for k in at.tolist()], toolpath.paths.some(at), toolpath.length[at]
         tool = np.array([m.tool for m in moves], dtype=np.int64)
-        length = toolpath.length[[k for _, k in cuts]] if cuts else np.zeros(0)
         feed = np.array([move.feed_mm_min or nan for move in moves])
         lasts = np.array([move.duration_s or nan for move in moves])
         speed = np.array([abs(move.spindle_rpm) or rev_min or nan for move in moves])
@@ -126,6 +124,6 @@ class CuttingMotions(NamedTuple):
             by_feed = per_feed * feed
             scale = np.where(np.isnan(by_feed), 60.0 / lasts / (count * speed), by_feed)
         per_feed[np.isnan(by_feed)] = nan
-        single = np.array([len(block.moves) == 1 for block in toolpath.blocks], dtype=np.bool_)
-        first = np.searchsorted(block, np.arange(len(toolpath.blocks) + 1))
+        single = np.diff(blocks.begin) == 1
+        first = np.searchsorted(block, np.arange(len(blocks) + 1))
         return cls(first, single, block, tool, moves, paths, speed, scale, per_feed)

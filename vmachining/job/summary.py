@@ -13,7 +13,7 @@ from vmachining.job.jobfile import Job
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import kept_words
 from vmachining.job.timing import MoveTimes, machine_limits, times_summary
-from vmachining.job.toolpath import Toolpath, program_lines
+from vmachining.job.toolpath import Lines, Toolpath
 from vmachining.job.total import Total
 from vmachining.machine import described
 from vmachining.nc import Program
@@ -139,10 +139,10 @@ def notes_of(program: Program) -> dict[int, str]:
 
 def quiet_findings(toolpath: Toolpath) -> list[tuple[int, str, str]]:
     """Warnings on lines that have no row."""
-    moving = {block.line for block in toolpath.blocks}
-    lines = program_lines(toolpath.program)
+    moving = set(toolpath.blocks.line.tolist())
+    lines = Lines(toolpath.program)
     return [
-        (line, lines[line - 1].strip() if line <= len(lines) else "", text)
+        (line, lines[line].strip(), text)
         for line, text in sorted(notes_of(toolpath.program).items())
         if line not in moving
     ]

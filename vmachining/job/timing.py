@@ -298,21 +298,19 @@ def _slides(peaks: Floats, own: Floats) -> Floats:
 
 def block_feeds(toolpath: Toolpath, times: MoveTimes) -> tuple[Floats, Floats]:
     """(n,) mm/min and seconds of the blocks; NaN without a feed; of several motions the feed that takes their time."""
-    seconds, length = times.seconds.tolist(), toolpath.length.tolist()
-    given = [move.feed_mm_min or np.nan for move in toolpath.moves]
-    feed = [given[block.moves[0]] for block in toolpath.blocks]
-    time = [seconds[block.members.start] for block in toolpath.blocks]
-    for k, block in enumerate(toolpath.blocks):
-        if len(block.members) == 1:
-            continue
-        time[k] = sum(seconds[j] for j in block.members)
+    blocks, length, seconds = toolpath.blocks, toolpath.length, times.seconds
+    given = np.array([move.feed_mm_min or np.nan for move in toolpath.moves])
+    feed, time = given[blocks.motion[blocks.begin[:-1]]], seconds[blocks.first]
+    for k in np.flatnonzero(blocks.stop - blocks.first > 1).tolist():
+        block = blocks[k]
+        time[k] = sum(seconds[block.members.start : block.members.stop].tolist())
         fed = [j for j in block.moves if given[j] > 0.0]
         if len({given[j] for j in fed}) != 1:
             minutes = sum(length[j] / given[j] for j in fed)
             feed[k] = sum(length[j] for j in fed) / minutes if minutes > 0.0 else np.nan
         else:
             feed[k] = given[fed[0]]
-    return np.array(feed), np.array(time)
+    return feed, time
 
 
 WORST = 10
@@ -334,12 +332,13 @@ def times_summary(
     with np.errstate(divide="ignore", invalid="ignore"):
         plain = 60.0 * toolpath.length / times.programmed_mm_min
     lost = np.where(np.isfinite(plain) & (lost != 0.0), times.seconds - plain, lost)
-    worst, late, why = [], times.late, times.why
-    for block in toolpath.blocks:
-        k = max(block.moves, key=lambda index: lost[index])
-        if late[k]:
-            worst.append((float(lost[k]), block, k))
-    worst.sort(key=lambda entry: -entry[0])
+    blocks, why = toolpath.blocks, times.why
+    # of every block the motion that loses most, the first one of several
+    most = blocks.motion[np.lexsort((-lost[blocks.motion], blocks.owner))[blocks.begin[:-1]]]
+    late = np.flatnonzero(times.late[most])
+    worst = [
+        (blocks[b], int(most[b])) for b in late[np.argsort(-lost[most[late]], kind="stable")][:WORST].tolist()
+    ]
     return {
         "tools": [{"tool": tool, "seconds": seconds} for tool, seconds in tools.items()],
         "below_feed_share": times.below_share,
@@ -348,9 +347,9 @@ def times_summary(
         "worst": [
             {
                 "block": block.number, "line": block.line, "feed_mm_min": float(times.programmed_mm_min[k]),
-                "reached_mm_min": float(times.reached_mm_min[k]), "why": str(why[k]), "lost_s": seconds,
+                "reached_mm_min": float(times.reached_mm_min[k]), "why": str(why[k]), "lost_s": float(lost[k]),
             }
-            for seconds, block, k in worst[:WORST]
+            for block, k in worst
         ],
         "assumed": assumed(limits, toolpath.machine, toolpath.program),
     }  # fmt: skip

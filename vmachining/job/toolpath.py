@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
-from typing import NamedTuple
+from typing import NamedTuple, overload
 
-from vmachining.arrays import Floats
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import CutterPath, Paths, move_paths, moving
@@ -31,7 +32,7 @@ class Toolpath:
     machine: Machine | None
     paths: Paths
     length: Floats
-    blocks: tuple[Block, ...]
+    blocks: Blocks
 
     @classmethod
     def of(cls, program: Program, machine: Machine | None = None) -> Toolpath:
@@ -40,7 +41,7 @@ class Toolpath:
         Raises NCError: A move that cannot be one, see `paths.move_path`.
         """
         paths = move_paths(program.moves, machine)
-        return cls(program, machine, paths, paths.length, tuple(group_blocks(program, paths)))
+        return cls(program, machine, paths, paths.length, Blocks(program, paths))
 
     @classmethod
     def of_job(cls, job: Job) -> Toolpath:
@@ -100,30 +101,81 @@ class Block(NamedTuple):
     members: range
 
 
-def program_lines(program: Program) -> list[str]:
-    """Text of the lines, as the reader of the program splits them."""
-    return list(split_lines(decode_program(program.data, program.name)))
+class Lines:
+    """Text of the lines of a program, as its reader splits them. Bytes, which take a third of the memory of strings."""
+
+    def __init__(self, program: Program) -> None:
+        lines = split_lines(decode_program(program.data, program.name))
+        self._text = "\n".join(lines).encode()
+        ends = np.flatnonzero(np.frombuffer(self._text + b"\n", dtype=np.uint8) == ord("\n"))
+        self._ends = np.concatenate([[-1], ends[: len(lines)]])
+
+    def __getitem__(self, number: int) -> str:
+        """Of a line, from 1 on; empty where there is none."""
+        if not 0 < number < len(self._ends):
+            return ""
+        begin, end = self._ends[number - 1 : number + 1].tolist()
+        return self._text[begin + 1 : end].decode()
 
 
-def group_blocks(program: Program, paths: Paths) -> Iterator[Block]:
-    """Blocks in the order they run; paths : of all moves.
+class Blocks(Sequence[Block]):
+    """Blocks in the order they run, made when they are asked for.
 
     Consecutive motions of one line form one block (a canned cycle, G28 through an intermediate point). A line
     that runs several times with other lines between gives a block each time. Lines that do not move (dwell,
     spindle, modes) give none.
+
+    first, stop : (n,) its members are the moves from `first` to before `stop`. line : (n,). motion : (m,) all motions, those of
+    block k from begin[k] to before begin[k + 1].
     """
-    lines, steps = program_lines(program), program.moves
-    goes = moving(paths, paths.length).tolist()
-    number = 0
-    for line, group in groupby(range(len(steps)), key=lambda i: steps[i].line):
-        own = list(group)
-        members = range(own[0], own[-1] + 1)
-        travel = [i for i in members if goes[i] and steps[i].motion in TRAVEL]
-        if not travel:
-            continue
-        first, text = steps[travel[0]], lines[line - 1] if 0 < line <= len(lines) else ""
+
+    def __init__(self, program: Program, paths: Paths) -> None:
+        """paths : of all moves."""
+        self._steps, self._lines = program.moves, Lines(program)
+        line = np.array([move.line for move in self._steps], dtype=np.int64)
+        travels = np.array([move.motion in TRAVEL for move in self._steps], dtype=np.bool_)
+        self.motion = np.flatnonzero(travels & moving(paths, paths.length))
+        begins = np.flatnonzero(np.diff(line, prepend=-1))
+        count = np.diff(np.searchsorted(self.motion, np.append(begins, len(line))))
+        some = count > 0
+        self.first, self.line = begins[some], line[begins[some]]
+        self.stop = np.append(begins[1:], len(line))[some]
+        self.begin = np.concatenate([[0], np.cumsum(count[some])])
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    @overload
+    def __getitem__(self, k: int) -> Block: ...
+    @overload
+    def __getitem__(self, k: slice) -> tuple[Block, ...]: ...
+    def __getitem__(self, k: int | slice) -> Block | tuple[Block, ...]:
+        if isinstance(k, slice):
+            return tuple(map(self.__getitem__, range(*k.indices(len(self)))))
+        k = range(len(self))[k]
+        members = range(int(self.first[k]), int(self.stop[k]))
+        begin, end = self.begin[k : k + 2].tolist()
+        moves = members if end - begin == len(members) else self.motion[begin:end].tolist()
+        kinds = {self._steps[i].motion for i in moves}
+        line = int(self.line[k])
         # several kinds of motion on one line are a cycle
-        motion = str(first.motion) if all(steps[i].motion is first.motion for i in travel) else "cycle"
-        moves = members if len(travel) == len(members) else travel
-        yield Block(number, line, text, first.tool, motion, moves, members)
-        number += 1
+        motion = str(*kinds) if len(kinds) == 1 else "cycle"
+        return Block(k, line, self._lines[line], self._steps[moves[0]].tool, motion, moves, members)
+
+    def __iter__(self) -> Iterator[Block]:
+        return map(self.__getitem__, range(len(self)))
+
+    @property
+    def owner(self) -> Ints:
+        """(m,) block of every motion."""
+        return np.repeat(np.arange(len(self)), np.diff(self.begin))
+
+
+def group_blocks(program: Program, paths: Paths) -> Blocks:
+    """Blocks in the order they run; paths : of all moves."""
+    return Blocks(program, paths)
+
+
+def program_lines(program: Program) -> list[str]:
+    """Text of the lines, as the reader of the program splits them."""
+    return list(split_lines(decode_program(program.data, program.name)))

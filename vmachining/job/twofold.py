@@ -43,14 +43,11 @@ def twofold(
     """
     points, triangles, source = _joined(rounded(points), triangles)
     edges = defaultdict(list)
-    ends = np.zeros((3 * len(triangles), 3), dtype=np.int64)
-    for k in range(3):
-        pair = triangles[:, k], triangles[:, (k + 1) % 3]
-        np.minimum(*pair, out=ends[k::3, 0])
-        np.maximum(*pair, out=ends[k::3, 1])
-    where, _ = _different(ends)
-    for k in np.flatnonzero(np.bincount(where)[where] > 2).tolist():
-        edges[int(ends[k, 0]), int(ends[k, 1])].append(k // 3)
+    turned = np.roll(triangles, -1, axis=1)
+    ends = (np.minimum(triangles, turned) * len(points) + np.maximum(triangles, turned)).ravel()
+    order = np.sort(ends)
+    for k in np.flatnonzero(np.isin(ends, order[2:][order[2:] == order[:-2]])).tolist():
+        edges[divmod(int(ends[k]), len(points))].append(k // 3)
     if not edges:
         return points, triangles, source
     taken = {tuple(point) for point in points.tolist()}

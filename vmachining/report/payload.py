@@ -232,6 +232,8 @@ def _titled(names: Container[str], *entries: tuple[str, str, str]) -> list[dict[
 def _rotary(toolpath: Toolpath, numbers: Ints) -> dict[str, Floats]:
     """Angles that the program names, `rotary_a_deg` and so on, at the end of blocks; NaN before an axis is first named."""
     wanted, names = set(numbers.tolist()), {n for move in toolpath.moves for n in move.rotary_deg or ()}
+    if not names:
+        return {}
     found: dict[str, list[float]] = {name: [] for name in sorted(names)}
     now = dict.fromkeys(found, float("nan"))
     for block in toolpath.blocks:
@@ -317,12 +319,12 @@ def _path(
     toolpath: Toolpath, numbers: Ints, tools: dict[int, int], hits: Container[int]
 ) -> tuple[dict[str, Any], int]:
     """Straight pieces of the path: kind 1 feed, 2 rapid, 3 rapid through material, 0 a jump that is not drawn."""
-    moving = [(block.number, index) for block in toolpath.blocks for index in block.moves]
+    moving = toolpath.blocks.motion
     stride = max(1, len(moving) * 2 // MAX_SEGMENTS)
     machine = toolpath.machine
     turning = [] if machine is None else [machine.axes[k].name.lower() for k in machine.rotary]
-    drawn = moving[::stride]
-    moves, paths = [toolpath.moves[k] for _, k in drawn], [toolpath.paths[k] for _, k in drawn]
+    drawn, owner = moving[::stride].tolist(), toolpath.blocks.owner[::stride]
+    moves, paths = [toolpath.moves[k] for k in drawn], [toolpath.paths[k] for k in drawn]
     steps = np.array([
         max(2, int(np.ceil(abs(path.angle) / ARC_STEP))) if isinstance(path, Arc)
         else 8 if isinstance(path, Turn) and not path.is_straight else 1
@@ -343,10 +345,9 @@ def _path(
             first, angles = angles | dict(move.rotary_start or {}), angles | dict(move.rotary_deg or {})
             share = np.linspace(0.0, 1.0, n + 1)
             turns.append([[first[k] + s * (angles[k] - first[k]) for k in turning] for s in share])
-    owner = np.array([number for number, _ in drawn])
     kind = np.array([
         1 if move.motion is not Motion.RAPID else 3 if number in hits else 2
-        for move, (number, _) in zip(moves, drawn, strict=True)
+        for move, number in zip(moves, owner.tolist(), strict=True)
     ])  # fmt: skip
     kinds = np.repeat(kind, steps + 1)
     kinds[last] = 0

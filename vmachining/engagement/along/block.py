@@ -214,7 +214,7 @@ def contact_along(
     at = np.concatenate([t for _, t in asked]) if asked else np.empty(0)
     if not total:
         return Seen(motion, at, np.zeros((0, 22)), columns, (), np.zeros(0, dtype=np.int64))
-    cutters, paths = zip(*(sweeps.motions[k] for k, _ in asked), strict=True)
+    cutters, paths = zip(*(sweeps.motion(k) for k, _ in asked), strict=True)
     length = np.array([path.length for path in paths])
     before = np.minimum(at, (1.0 - BEFORE_END_MM / np.maximum(length, 1e3 * BEFORE_END_MM))[owner])
     nows = _rows(paths, edges, owner, before, sweeps.bounds)
@@ -267,8 +267,7 @@ class _Walk:
         shape = np.maximum(np.ceil((high - low)[:2] / size).astype(np.int64) + 1, 1)
         self.rows = sweeps.rows()
         begin = int(sweeps.cuts[first, 0])
-        box = self.rows.box[:begin]
-        earlier = np.flatnonzero(((box[:, :3] <= high) & (box[:, 3:] >= low)).all(axis=1))
+        earlier = sweeps.near(low, high, begin)
         nodes = 1024 + 4 * int(np.prod(shape))
         self.tiles = Tiles(
             np.full(shape, -1, dtype=np.int64), np.zeros((nodes, 2), dtype=np.int64), np.zeros((nodes, 8)),
@@ -307,7 +306,7 @@ class _Walk:
             np.zeros((total if keep else 0, 3), np.int64), np.empty(size), np.empty((size, 2), np.int64),
             np.empty((4 * size + (ROOM * PARTS if keep else 0), 3)), np.zeros(2, np.int64),
         )  # fmt: skip
-        first, cutter = run.start, self.sweeps.motions[int(stops.station[run.start, 0])][0]
+        first, cutter = run.start, self.sweeps.motion(int(stops.station[run.start, 0]))[0]
         tool, world = self.sweeps.tool_of(cutter), self.sweeps.world
         shape = blade(edge)
         while True:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from copy import copy
-from itertools import groupby
+from itertools import groupby, islice
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engagement.along.kernels.distance_kernels import (
     BALL,
     CIRCLE,
@@ -32,6 +32,8 @@ from vmachining.tool import Profile
 
 QUARTER = 0.5 * np.pi
 WIDTH = 41  # columns of a row, see the kernels
+TOGETHER = 65_536  # lines whose rows are made at once
+GROUP = 256  # rows whose boxes have one hull
 CUBIC_MM = 5e-8  # how far cubics of a pose may be off its motion
 BEND_MM = 2e-3  # what a minimum of the distance over poses may hide, see the kernels: more is divided
 
@@ -124,19 +126,31 @@ class Sweeps:
         self._known: dict[int, tuple[Floats, int]] = {}
         self._cutters: dict[int, tuple[Profile, int, Corner | None]] = {}
         self._rows: tuple[_Rows, ...] = (*(_Rows(kind=np.int64) for _ in range(3)), _Rows(WIDTH), _Rows(6))
-        self.motions: list[tuple[Profile, Motion]] = []
-        self._cuts = _Rows(3, kind=np.int64)
+        self._cuts, self._cutter = _Rows(3, kind=np.int64), _Rows(kind=np.int64)
+        self._paths: dict[int, Motion] = {}  # but for lines, whose rows say them
+        self._spare, self._hulls = 1, (0, np.zeros((0, 6)))
 
     def __len__(self) -> int:
-        return len(self.motions)
+        return self._cuts.count
 
-    def twin(self) -> Self:
-        """For another thread: the same sweeps, in its own tables, because questions write to their spare rows."""
+    def motion(self, k: int) -> tuple[Profile, Motion]:
+        """Cutter and path of a motion."""
+        row = self._rows[3].view[self._cuts.view[k, 0]]
+        path = self._paths.get(k) or Line(row[:3], row[[14, 15, 26]])
+        return list(self._cutters.values())[int(self._cutter.view[k])][0], path
+
+    def twins(self, count: int) -> list[Self]:
+        """The same motions for as many other threads: questions write to a spare row of their own, and push exact distances."""
+        for table in self._rows:
+            table.spare(1 + count)
+        return [self._twin(2 + k) for k in range(count)]
+
+    def _twin(self, spare: int) -> Self:
         twin = copy(self)
         for name, value in vars(self).items():
-            if isinstance(value, _Rows):
+            if isinstance(value, _Rows) and value not in (self._cuts, self._cutter):
                 setattr(twin, name, value.copy())
-        twin._rows, twin._known = tuple(rows.copy() for rows in self._rows), dict(self._known)
+        twin._spare, twin._known = spare, dict(self._known)
         return twin
 
     def add(self, cutter: Profile, path: Motion) -> None:
@@ -146,20 +160,20 @@ class Sweeps:
     def extend(self, motions: Iterable[tuple[Profile, Motion]]) -> None:
         """The next motions."""
         for (_, straight), found in groupby(motions, key=lambda one: (id(one[0]), isinstance(one[1], Line))):
-            group = list(found)
-            cutter = group[0][0]
-            known = cutter, len(self._cutters), _corner(cutter)
-            _, tool, corner = self._cutters.setdefault(id(cutter), known)
-            rows = _straight(corner, [path for _, path in group], self.bounds[1, 2]) if straight else None
-            if rows is not None:
-                first, n = self._rows[0].count, len(group)
-                self._put(rows, tool, np.full(n, -1))
-                own = np.full(n, int(not cutter.is_convex))
-                self._cuts.add(np.column_stack([first + np.arange(n), first + np.arange(1, n + 1), own]))
-                self.motions += group
-                continue
-            for _, path in group:
-                self._add(cutter, path, tool, corner)
+            while group := list(islice(found, TOGETHER)):
+                cutter, paths = group[0][0], [path for _, path in group]
+                known = cutter, len(self._cutters), _corner(cutter)
+                _, tool, corner = self._cutters.setdefault(id(cutter), known)
+                self._cutter.add(np.full(len(group), tool))
+                rows = _straight(corner, paths, self.bounds[1, 2]) if straight else None
+                if rows is not None:
+                    first, n = self._rows[0].count, len(group)
+                    self._put(rows, tool, np.full(n, -1))
+                    own = np.full(n, int(not cutter.is_convex))
+                    self._cuts.add(np.column_stack([first + np.arange(n), first + np.arange(1, n + 1), own]))
+                    continue
+                for path in paths:
+                    self._add(cutter, path, tool, corner)
 
     def _add(self, cutter: Profile, path: Motion, tool: int, corner: Corner | None) -> None:
         first = self._rows[0].count
@@ -171,8 +185,7 @@ class Sweeps:
             exact[0], box, own = self.push(sweep), sweep.bounds.reshape(1, 6), 2 * own
             tool = -1 if isinstance(path, Turn) else tool
         self._put((kinds, num, box), tool, exact)
-        self._cuts.add(np.array([[first, self._rows[0].count, own]]))
-        self.motions.append((cutter, path))
+        self._paths[self._cuts.add(np.array([[first, self._rows[0].count, own]]))] = path
 
     def _put(self, rows: tuple[Ints, Floats, Floats], tool: int, exact: Ints) -> None:
         kinds, num, box = rows
@@ -207,7 +220,19 @@ class Sweeps:
 
     def rows(self) -> Rows:
         """For the kernels, with a spare row at the end."""
-        return Rows(*(table.spare(1) for table in self._rows))
+        return Rows(*(table.spare(self._spare) for table in self._rows))
+
+    def near(self, low: Floats, high: Floats, stop: int) -> Ints:
+        """Numbers of the rows before `stop` whose boxes meet a box, rising. Of a million, hulls of some are asked first."""
+        box = self._rows[4].view
+        if self._hulls[0] != len(box):
+            begins = np.arange(0, len(box), GROUP)
+            ends = np.minimum.reduceat(box[:, :3], begins), np.maximum.reduceat(box[:, 3:], begins)
+            self._hulls = len(box), np.concatenate(ends, axis=1)
+        groups = np.flatnonzero(_meet(self._hulls[1], low, high))
+        some = (groups[:, None] * GROUP + np.arange(GROUP)).ravel()
+        some = some[some < stop]
+        return np.asarray(some[_meet(box[some], low, high)])
 
     def push(self, sweep: Sweep) -> int:
         """Rows of a sweep in the world of exact distances; its index."""
@@ -262,6 +287,11 @@ class Sweeps:
     def world(self) -> World:
         """For the kernels."""
         return World._make((self.kind, self.stock, *(table.view for table in self._tables), *self.mesh))
+
+
+def _meet(box: Floats, low: Floats, high: Floats) -> Bools:
+    """(n,) which boxes (n, 6) meet another one."""
+    return np.asarray(((box[:, :3] <= high) & (box[:, 3:] >= low)).all(axis=1))
 
 
 def _closed(corner: Corner | None, path: Motion, top: float) -> tuple[Ints, Floats, Floats]:
