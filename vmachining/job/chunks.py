@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from queue import SimpleQueue
-from typing import TypeVar
+from typing import Self, TypeVar
 
 Hand = TypeVar("Hand")
 Item = TypeVar("Item")
@@ -60,3 +60,24 @@ def in_order(
             yield waiting.popleft().result()
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+class Beside:
+    """A thread for work that nobody waits for yet; without one (`threads` is 1) it is done when its result is asked for.
+
+    Leaving waits for what is under way.
+    """
+
+    def __init__(self, threads: int) -> None:
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="beside") if threads > 1 else None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+
+    def later(self, work: Callable[[], Result]) -> Callable[[], Result]:
+        """What gives the result of `work`, or raises; called once."""
+        return work if self._pool is None else self._pool.submit(work).result

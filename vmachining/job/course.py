@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError
 from vmachining.job.audit import MOST, audited
 from vmachining.job.brep import Asked, asked_numbers, blank, brep_columns, refuse_beyond
+from vmachining.job.chunks import Beside, threads_for
 from vmachining.job.contact import ToolParts
 from vmachining.job.cost import affordable, never_reached, refuse_fine, refuse_no_cut
 from vmachining.job.cutting import ROWS, Cutting
@@ -30,7 +32,7 @@ from vmachining.job.reading import read_job_program
 from vmachining.job.record import Record, Spent
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
-from vmachining.job.stations import LEFT_OUT, NO_CONTACT, Stations, no_stations, sampled
+from vmachining.job.stations import LEFT_OUT, MOST_MAPPED, NO_CONTACT, Stations, no_stations, sampled
 from vmachining.job.stock import raw_stock
 from vmachining.job.strategies import Planned, plan
 from vmachining.job.summary import quiet_findings, run_summary, slack_of
@@ -96,15 +98,23 @@ class Course:
             given = self._read()
         give_back()  # as much as what stays, of a long program
         engine = self._stage("program", given, self._counts())
-        with self.spent.on("cut"):
-            total = self._total(given, engine)
-        stations = self._contact(given.toolpath, "engagement", divided=self._stations_along())
-        planned = Planning()
-        if self.job.keys.feed is not None and "plan" in self.options["stages"]:
-            with self.spent.on("plan"):
-                planned = self._plan(self.job.keys.feed, given, stations, total)
         table = read_partial(self.rows, ["block", "motion", "engine", "time_s", "proven", *ENDS])
-        opinion = self._opinion(given, table)
+        if not float(table["removed_hi_mm3"].sum()) > 0.0:
+            raise never_reached(self.job, given.toolpath, given.tools, given.stock)
+        planned = Planning()
+        threads = threads_for(self.asked.workers, 2) if self.cutting.by_columns else 1
+        with Beside(threads) as beside:  # contact is laid out by one thread
+            slack = slack_of(given.stock)
+            summed = beside.later(lambda: total_of(table, engine.stock_volume, engine.volume, slack))
+            seen = self.progress if threads == 1 else lambda *_: None
+            audit = beside.later(partial(self._audit, given, table, seen)) if self._audits else None
+            stations = self._contact(given.toolpath, "engagement", divided=self._stations_along())
+            with self.spent.on("cut"):
+                total = summed()
+            if self.job.keys.feed is not None and "plan" in self.options["stages"]:
+                with self.spent.on("plan"):
+                    planned = self._plan(self.job.keys.feed, given, stations, total)
+            opinion = self._opinion(given, table, audit)
         with self.spent.on("files"):
             estimates = settled(table, total)
             self._finish(self.rows, "blocks", stations.columns, estimates, planned.scheduled, opinion.rows)
@@ -142,15 +152,17 @@ class Course:
 
     def _read(self) -> Given:
         """What is refused here is refused before the first byte: an earlier result stays as it is."""
-        job = self.job
+        job, fresh = self.job, not (self.asked.resume or self.asked.part or self.asked.parts)
         tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
+        if fresh and job.program_path.is_file():  # as if every line moved: they load while it is read
+            self.cutting.hire(job.program_path.read_bytes().count(b"\n"))
         toolpath = Toolpath.of(read_job_program(job), job.machine)
         program, blocks = toolpath.program, toolpath.blocks
         if not blocks:
             raise NCError(
                 "the program moves nothing", file=str(job.program_path), remedy="is it the right file?"
             )
-        if not (self.asked.resume or self.asked.part or self.asked.parts):
+        if fresh:
             self.cutting.hire(len(blocks))
         limits, skips = machine_limits(job), job.keys.program.block_delete
         times = move_times(toolpath, limits, block_delete=skips)
@@ -198,13 +210,6 @@ class Course:
         feed = self.job.keys.feed
         return feed is not None and feed.insert_blocks and (self._every_one or feed.strategy != "volume")
 
-    def _total(self, given: Given, engine: Engine) -> Total:
-        """Of all blocks, which must have removed something."""
-        summed = read_partial(self.rows, [*ENDS, "proven"])
-        if not float(summed["removed_hi_mm3"].sum()) > 0.0:
-            raise never_reached(self.job, given.toolpath, given.tools, given.stock)
-        return total_of(summed, engine.stock_volume, engine.volume, slack_of(given.stock))
-
     def _plan(self, feed: Feed, given: Given, stations: Stations, total: Total) -> Planning:
         """Feeds, the program with them, and the same stages once more on it."""
         job, blocks, program = self.job, given.toolpath.blocks, given.toolpath.program
@@ -248,8 +253,8 @@ class Course:
         scheduled, report = compare(feed, planned, mine.text, blocks, cut, verdict.passed)
         return Planning(scheduled, report, after)
 
-    def _opinion(self, given: Given, table: pl.DataFrame) -> Opinion:
-        """What other engines say of the volumes. table : rows of the run."""
+    def _opinion(self, given: Given, table: pl.DataFrame, audit: Callable[[], Opinion] | None) -> Opinion:
+        """What other engines say of the volumes. table : rows of the run. audit : see `_audit`."""
         toolpath, tools, stock = given.toolpath, given.tools, given.stock
         if self.options["brep"] != "none":
             with self.spent.on("check"):
@@ -258,14 +263,27 @@ class Course:
                     stock=stock, file=self.folder / "brep.partial.csv", workers=self.asked.workers,
                     seconds=self.asked.brep_seconds, stop=self.stop, progress=self.progress,
                 ))  # fmt: skip
-        if "judge" not in self.options["stages"] or self.options["engine"] in RAYS:
+        if audit is None:
             return Opinion()
-        measures = self.options["engine"] == "vectors"
         with self.spent.on("judge"):
-            return Opinion(*audited(
-                toolpath, tools, table, stock, most=FAST_AUDIT if measures else MOST, total=not measures,
-                stop=self.stop, progress=self.progress,
-            ))  # fmt: skip
+            return audit()
+
+    @property
+    def _audits(self) -> bool:
+        """Whether exact rays are asked."""
+        return (
+            self.options["brep"] == "none"
+            and "judge" in self.options["stages"]
+            and self.options["engine"] not in RAYS
+        )
+
+    def _audit(self, given: Given, table: pl.DataFrame, progress: Progress) -> Opinion:
+        """What exact rays say of the volumes."""
+        measures = self.options["engine"] == "vectors"
+        return Opinion(*audited(
+            given.toolpath, given.tools, table, given.stock, most=FAST_AUDIT if measures else MOST, total=not measures,
+            stop=self.stop, progress=progress,
+        ))  # fmt: skip
 
     def _result(
         self,
@@ -291,7 +309,7 @@ class Course:
             findings=quiet_findings(given.toolpath),
             spent=self.spent,
             earlier=dict(self.options) if "stages" in self.manifest else None,
-            sweeps=stations.sweeps,
+            sweeps=stations.sweeps if len(given.toolpath.blocks) <= MOST_MAPPED else None,
         )
         result.summary = run_summary(
             result,

@@ -129,6 +129,7 @@ class RunResult:
     def surface(self) -> StockSurface:
         """Triangles of the finished workpiece with the block that cut each; made once, for files, report and picture."""
         if self._surface is None:
+            give_back()
             self._surface = self.stock.surface()
             give_back()
         return self._surface

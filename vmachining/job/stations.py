@@ -27,6 +27,10 @@ SAMPLE = 200
 """Blocks of `--contact sample`, spread evenly over those that remove something."""
 
 
+MOST_MAPPED = 200_000
+"""Blocks of a program whose contact the page draws: of a longer one 64 pictures are not worth 400 bytes a block."""
+
+
 @dataclass(slots=True, eq=False)
 class Stations:
     """Loads along the blocks, for schedulers.

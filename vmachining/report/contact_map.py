@@ -15,13 +15,11 @@ from vmachining.engagement.along import Sample
 from vmachining.force import turn_series
 from vmachining.job import RunResult
 from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
+from vmachining.job.stations import MOST_MAPPED
 from vmachining.sweep import Stance
 
 MOST_LOADED, SPREAD = 24, 40
 """Blocks with a map: those with the largest load, and others evenly through the program."""
-
-MOST_BLOCKS = 200_000
-"""Of a longer program nothing is drawn: where they are not there, its sweeps are laid out for 64 pictures."""
 
 CELLS = 48
 """Of a map along the edge, from its lower end to a little beyond the highest place that cuts."""
@@ -44,7 +42,7 @@ def contact_maps(
     top = cuts.top_k(MOST_LOADED, by=load)
     rest = cuts.join(top, on="block", how="anti", maintain_order="left")
     chosen = dict(pl.concat([top, rest.gather_every(max(1, -(-len(rest) // SPREAD)))]).iter_rows())
-    if not chosen or len(blocks) > MOST_BLOCKS:
+    if not chosen or len(blocks) > MOST_MAPPED:
         return [], {}
     forcing = coefficients_of(result.job)
     best: dict[int, tuple[tuple[float, float], Watched, Sample]] = {}
