@@ -373,3 +373,28 @@ def test_a_sweep_that_a_station_cannot_reach_has_no_place_in_its_list():
     n, _ = gather(walk.tiles, walk.rows, now, 5.0, False, reach[0], 7, near)
     assert n == 1
     assert sorted(np.flatnonzero(walk.tiles.stamp == 7)) == sorted(near[:n])
+
+
+def test_rows_near_a_box_and_motions_are_those_that_were_added():
+    rng, tools = np.random.default_rng(5), (FLAT, BallNose(diameter=6, length=60))
+    sweeps, added = Sweeps(BoxStock((0, 0, -10), (60, 60, 0))), []
+    for batch in range(3):
+        ends = rng.uniform((0, 0, -9), (60, 60, -1), (200, 2, 3))
+        added += [(tools[k // 50 % 2].cutter, Line(*pair)) for k, pair in enumerate(ends)]
+        sweeps.extend(added[200 * batch :])
+        for k, (cutter, path) in enumerate(added):
+            found, line = sweeps.motion(k)
+            assert found is cutter and (line.start == path.start).all() and (line.end == path.end).all()
+        for stop in (0, 100, 257, len(added)):
+            low = rng.uniform(0, 50, 3) - (0, 0, 60)
+            high, r = (
+                low + rng.uniform(1, 20, 3),
+                np.array([cutter.max_radius for cutter, _ in added[:stop]])[:, None],
+            )
+            a, b = (np.array([path.bounds[end] for _, path in added[:stop]]).reshape(-1, 3) for end in (0, 1))
+            meets = (
+                (a[:, :2] - r <= high[:2]).all(axis=1)
+                & (b[:, :2] + r >= low[:2]).all(axis=1)
+                & (a[:, 2] <= high[2])
+            )
+            assert sweeps.near(low, high, stop).tolist() == np.flatnonzero(meets).tolist()

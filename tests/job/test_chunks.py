@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from contextlib import closing
 
@@ -10,7 +11,7 @@ from polars.testing import assert_frame_equal
 from tinyjob import write_job
 
 from vmachining.job import Job, Stopped, engagement_columns
-from vmachining.job.chunks import in_order
+from vmachining.job.chunks import Beside, in_order
 from vmachining.job.engagement_columns import engagement_pass
 from vmachining.job.reading import read_job_program
 from vmachining.job.toolpath import Toolpath
@@ -41,6 +42,18 @@ def test_results_come_in_order_and_an_exception_in_its_turn():
         with pytest.raises(ValueError, match="7"), closing(in_order(work, range(12), hands)) as results:
             found.extend(results)
         assert found == list(range(7))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_work_beside_gives_its_result_or_its_exception_when_asked(threads):
+    def fails() -> int:
+        raise ValueError("asked")
+
+    with Beside(threads) as beside:
+        number, name, fault = (beside.later(work) for work in (lambda: 7, threading.get_ident, fails))
+        assert number() == 7 and (name() == threading.get_ident()) == (threads == 1)
+        with pytest.raises(ValueError, match="asked"):
+            fault()
 
 
 def test_contact_is_the_same_with_any_number_of_threads(tmp_path, monkeypatch):
