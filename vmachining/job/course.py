@@ -15,7 +15,7 @@ from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError
 from vmachining.job.audit import MOST, audited
 from vmachining.job.brep import Asked, asked_numbers, blank, brep_columns, refuse_beyond
-from vmachining.job.chunks import Beside, threads_for
+from vmachining.job.chunks import Beside
 from vmachining.job.contact import ToolParts
 from vmachining.job.cost import affordable, never_reached, refuse_fine, refuse_no_cut
 from vmachining.job.cutting import ROWS, Cutting
@@ -102,7 +102,7 @@ class Course:
         if not float(table["removed_hi_mm3"].sum()) > 0.0:
             raise never_reached(self.job, given.toolpath, given.tools, given.stock)
         planned = Planning()
-        threads = threads_for(self.asked.workers, 2) if self.cutting.by_columns else 1
+        threads = self.cutting.workers_for(len(given.toolpath.blocks)) if self.cutting.by_columns else 1
         with Beside(threads) as beside:  # contact is laid out by one thread
             slack = slack_of(given.stock)
             summed = beside.later(lambda: total_of(table, engine.stock_volume, engine.volume, slack))
