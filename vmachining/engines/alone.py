@@ -9,7 +9,6 @@ Where N or one of these is nothing for columns, the mesh engine cuts them all, w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
 
 import numpy as np
 
@@ -92,5 +91,5 @@ class Alone:
         engine = MeshEngine.of(self.stock, self.options)
         for sweep, number in earlier:
             engine.cut(sweep, number)
-        found = reduce(Removal.plus, (engine.cut(sweep, block) for sweep in self.blocks[block]), NOTHING)
+        found = NOTHING.plus(*(engine.cut(sweep, block) for sweep in self.blocks[block]))
         return found._replace(engine=MeshEngine.name, note=f"by the mesh engine: {why}")

@@ -55,20 +55,24 @@ class Removal(NamedTuple):
         """hi - lo."""
         return self.hi - self.lo
 
-    def plus(self, other: Removal) -> Removal:
-        """Removal of two blocks together; proven where both are."""
-        return Removal(
-            self.lo + other.lo,
-            self.estimate + other.estimate,
-            self.hi + other.hi,
-            self.proven and other.proven,
-            self.engine if self.engine == other.engine else "+".join(sorted({*_names(self), *_names(other)})),
-            self.note or other.note,
-        )
+    def plus(self, *others: Removal) -> Removal:
+        """Removal of blocks together, added up in their order; proven where all are."""
+        lo, estimate, hi, proven, engine, note = self
+        for low, middle, high, is_proven, name, why in others:
+            lo, estimate, hi, proven, note = (
+                lo + low,
+                estimate + middle,
+                hi + high,
+                proven and is_proven,
+                note or why,
+            )
+            if engine != name:
+                engine = "+".join(sorted({*_names(engine), *_names(name)}))
+        return Removal(lo, estimate, hi, proven, engine, note)
 
 
-def _names(removal: Removal) -> list[str]:
-    return removal.engine.split("+") if removal.engine else []
+def _names(engine: str | None) -> list[str]:
+    return engine.split("+") if engine else []
 
 
 NOTHING = Removal(0.0, 0.0, 0.0)

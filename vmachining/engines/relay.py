@@ -25,7 +25,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from functools import cache, cached_property, reduce
+from functools import cache, cached_property
+from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -196,17 +197,19 @@ class ColumnsFirst(Summed):
         columns = self._columns
         if columns is None or not orders:
             return []
+        met = [columns.meets(order.sweep) for order in orders]
         try:
-            found = columns.cut_all(orders) if len(orders) > 1 else [columns.cut(*orders[0][:2])]
+            found = columns.cut_all(orders, met) if len(orders) > 1 else [columns.cut(*orders[0][:2])]
         except EngineError:
             if len(orders) == 1:
                 return [self._otherwise(*orders[0][:2])]
             return [removed for order in orders for removed in self._by_columns([order])]
-        found = [removed._replace(engine=ColumnsEngine.name) for removed in found]
-        self._noted.extend([order[:2] for order in orders if columns.meets(order.sweep)])
+        name = ColumnsEngine.name
+        found = [Removal(lo, middle, hi, sure, name, note) for lo, middle, hi, sure, _, note in found]
+        self._noted.extend([order[:2] for order in compress(orders, met)])
         if len(self._noted) >= self._tidy_from and self._share.parts == 1:
             self.forget_others(self.in_use())
-        self._removed = reduce(Removal.plus, found, self._removed)
+        self._removed = self._removed.plus(*found)
         return found
 
     def _otherwise(self, sweep: Sweep, block: int | None) -> Removal:
@@ -461,7 +464,7 @@ class ColumnsFirst(Summed):
     def join(cls, engines: Sequence[Self]) -> Self:
         """See `Divisible`. All parts had all orders, so that they know the same sweeps by the same engines."""
         whole = engines[0]
-        whole._share, whole._removed = WHOLE, reduce(Removal.plus, (e._removed for e in engines))
+        whole._share, whole._removed = WHOLE, whole._removed.plus(*(e._removed for e in engines[1:]))
         if whole._columns is not None:
             whole._columns = ColumnsEngine.join([e._columns for e in engines if e._columns is not None])
         if whole._mesh is not None:
@@ -470,7 +473,7 @@ class ColumnsFirst(Summed):
 
     def summed(self, parts: Sequence[Removal]) -> Removal:
         """See `Divisible`."""
-        found = reduce(Removal.plus, parts)
+        found = parts[0].plus(*parts[1:])
         if found.engine == ColumnsEngine.name and found.note is not None:
             return judged(found, self._options.width, self._options.width_mm3)
         return found

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
 from itertools import combinations
 from pathlib import Path
 from time import process_time
@@ -244,7 +243,7 @@ def _cut(engine: Engine, work: Sequence[tuple[Any, Sequence[Sweep]]]) -> Iterato
             own = (
                 answer for order, answer in zip(orders, answers, strict=True) if order.block == block.number
             )
-            yield k, reduce(Removal.plus, own, NOTHING), seconds
+            yield k, NOTHING.plus(*own), seconds
 
 
 def _warmed(engine: Engine, blocks: Sequence[Sequence[Sweep]]) -> None:

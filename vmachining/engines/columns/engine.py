@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import reduce
 from itertools import compress
 from math import hypot
 from pathlib import Path
@@ -20,7 +19,7 @@ from vmachining.engines.columns import _kernels
 from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.goal import goal_of, judged
-from vmachining.engines.columns.paths import arc_row, pieces, straight_row
+from vmachining.engines.columns.paths import arc_row, lowest, pieces, straight_row
 from vmachining.engines.columns.rounding import CELLS, DIGITS, removals, slacks
 from vmachining.engines.columns.shape import lattice_of, solid_of
 from vmachining.engines.columns.sides import ALL
@@ -120,9 +119,8 @@ class ColumnsEngine:
         """Whether `cut` answers: `takes`, and nowhere the top of the sweep dips below that of the stock."""
         if not self.takes(sweep) or isinstance(sweep.path, Turn):
             return False
-        low = float(sweep.path.bounds[0][2])
         found = underside(sweep.profile)
-        return found is not None and low + found.top >= self.stock.high[2]
+        return found is not None and lowest(sweep.path) + found.top >= self.stock.high[2]
 
     # -- cutting -------------------------------------------------------------------------------------------
 
@@ -223,12 +221,12 @@ class ColumnsEngine:
             return found._replace(note=None)
         return self._told(found)
 
-    def cut_all(self, orders: Sequence[Request]) -> list[Removal]:
-        """`cut` of lines one after the other, in one call of a kernel.
+    def cut_all(self, orders: Sequence[Request], met: Sequence[bool]) -> list[Removal]:
+        """`cut` of lines one after the other, in one call of a kernel. met : whether `meets` is true of them.
 
         Raises EngineError: One of them cannot be cut; the workpiece is as before.
         """
-        met, first, made = [self.meets(order.sweep) for order in orders], self._count, self._made
+        first, made = self._count, self._made
         try:
             for order in compress(orders, met):
                 assert isinstance(order.sweep.path, Line)
@@ -239,7 +237,7 @@ class ColumnsEngine:
         rows = self._rows_removed(first, self._goal(self.width_mm3), True, divided=self._share.parts > 1)
         told = map(self._told, rows)
         found = [next(told) if meets else NOTHING for meets in met]
-        self._gone, self._left = reduce(Removal.plus, found, self._gone), None
+        self._gone, self._left = self._gone.plus(*found), None
         if self._count >= self._tidy_from:
             self.tidy()
         return found
@@ -252,7 +250,7 @@ class ColumnsEngine:
 
     def summed(self, parts: Sequence[Removal]) -> Removal:
         """See `Divisible`: whether a block is wider than requested is seen by the sum; parts say why it would be."""
-        found = reduce(Removal.plus, parts)
+        found = parts[0].plus(*parts[1:])
         return found if found.note is None else self._judged(found)
 
     def _judged(self, found: Removal) -> Removal:
@@ -265,9 +263,7 @@ class ColumnsEngine:
     def _pieces(self, first: int, before: dict[int, Ints], wanted: float) -> Removal:
         """Of all rows from `first` on, which see each other by the tiles: a coarse look says how narrow each need be."""
         pieces = self._count - first
-        found = reduce(
-            Removal.plus, self._rows_removed(first, goal_of(COARSE, wanted / pieces), True), NOTHING
-        )
+        found = NOTHING.plus(*self._rows_removed(first, goal_of(COARSE, wanted / pieces), True))
         goal = self._goal(wanted)
         if self._share.parts > 1:
             share = self._ready(first).share_of(self._shapes, first, self._count)
@@ -278,7 +274,7 @@ class ColumnsEngine:
         if found.width <= asked:
             return found
         self._ready(first).restore(before)
-        return reduce(Removal.plus, self._rows_removed(first, goal_of(0.0, asked / pieces), True), NOTHING)
+        return NOTHING.plus(*self._rows_removed(first, goal_of(0.0, asked / pieces), True))
 
     def _rows_removed(
         self, first: int, goal: _kernels.Goal, keep: bool, *, divided: bool = False
@@ -314,8 +310,7 @@ class ColumnsEngine:
         c = self._cutters.number(profile, 0.0)
         arc = None if isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0 else path
         a, b = path.start.tolist(), path.end.tolist()
-        low = min(a[2], b[2]) if arc is None else float(arc.bounds[0, 2])
-        if low + self._cutters.tops[c] < self.stock.high[2]:
+        if lowest(path) + self._cutters.tops[c] < self.stock.high[2]:
             raise EngineError("the top of the tool dips below the stock", engine=self.name, block=block)
         if arc is None:
             self._row(straight_row(a, b, c, lambda wider: self._cutters.number(profile, wider)), block)
@@ -327,9 +322,8 @@ class ColumnsEngine:
     def _row(self, values: list[float], block: int | None) -> None:
         if self._count == len(self._rows):
             self._rows = np.concatenate([self._rows, np.zeros_like(self._rows)])
-        self._rows[self._count, : len(values)] = values
-        self._rows[self._count, len(values) :] = 0.0
-        self._rows[self._count, NUMBER], self._made = self._made, self._made + 1
+        self._rows[self._count] = [*values, *[0.0] * (NUMBER - len(values)), self._made]
+        self._made += 1
         self._blocks[self._count :] = [-1 if block is None else block]
         self._count += 1
 
@@ -504,7 +498,7 @@ class ColumnsEngine:
         """One engine of those that cut all shares of one workpiece, in the order of their shares."""
         whole, tilings = engines[0], [e._tiles for e in engines if e._tiles is not None]
         whole._share = WHOLE
-        whole._gone = reduce(Removal.plus, (e._gone for e in engines))
+        whole._gone = whole._gone.plus(*(e._gone for e in engines[1:]))
         rows = np.concatenate([e._rows[: e._count] for e in engines])
         begins = np.cumsum([0, *(e._count for e in engines[:-1])]).tolist()
         blocks = np.concatenate([np.array(e._blocks[: e._count], dtype=np.int64) for e in engines])

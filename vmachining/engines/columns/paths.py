@@ -9,13 +9,20 @@ import numpy as np
 
 from vmachining.engines.columns.arcs._kernels import ABOUT_X, STRAIGHT
 from vmachining.engines.columns.surface._kernels import STEEP
-from vmachining.geometry import Arc
+from vmachining.geometry import Arc, Line
 
 SHARE = 0.125
 """Of the radius of the cutter, by which the first pair is shrunk and grown."""
 
 MOST_ANGLE = np.pi / 3
 """Of one piece, rad."""
+
+
+def lowest(path: Line | Arc) -> float:
+    """mm, of the tip."""
+    return (
+        min(float(path.start[2]), float(path.end[2])) if isinstance(path, Line) else float(path.bounds[0, 2])
+    )
 
 
 def widest(radius: float) -> float:

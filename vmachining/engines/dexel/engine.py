@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
 from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import Any, Self
@@ -166,7 +165,7 @@ class DexelEngine(Summed):
                 looks = [looks_of(self.grids[0], shape, start, end, sums)]
                 looks += [cut_sides(grid, probe, start, end, blocks) for grid in self.grids[1:]]
                 out = [agreed(each) for each in zip(*looks, strict=True)]
-                self._removed = reduce(Removal.plus, out, self._removed)
+                self._removed = self._removed.plus(*out)
                 return out
         return self.answer(
             [Request(Sweep(profile, a, b), first + k) for k, (a, b) in enumerate(pairwise(tips))]

@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import reduce
 from pathlib import Path
 from typing import NamedTuple
 
@@ -225,7 +224,7 @@ class MeshEngine:
 
     def summed(self, parts: Sequence[Removal]) -> Removal:
         """See `Divisible`."""
-        return reduce(Removal.plus, parts)
+        return parts[0].plus(*parts[1:])
 
     @classmethod
     def join(cls, engines: Sequence[MeshEngine]) -> MeshEngine:
