@@ -268,13 +268,14 @@ class _Walk:
         self.rows = sweeps.rows()
         begin = int(sweeps.cuts[first, 0])
         earlier = sweeps.near(low, high, begin)
-        nodes = 1024 + 4 * int(np.prod(shape))
+        nodes, (stamp, self.slot, self.seen) = 1024 + 4 * int(np.prod(shape)), sweeps.marks()
         self.tiles = Tiles(
             np.full(shape, -1, dtype=np.int64), np.zeros((nodes, 2), dtype=np.int64), np.zeros((nodes, 8)),
             np.full(shape, sweeps.bounds[1, 2]), low[:2].copy(), size, np.array([0, -1]),
-            np.zeros(len(self.rows.kind), dtype=np.int64),
+            stamp,
         )  # fmt: skip
-        self.mark = np.array([0, begin])
+        self.clock, self.mark = np.split(sweeps.clock, [3])  # views
+        self.mark[1] = begin
         self.tile_row = np.empty(8)
         self.room = Room(
             np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros(5), np.zeros(128, np.int64),
@@ -285,8 +286,6 @@ class _Walk:
             np.empty(ROOM, np.int64), np.empty(VALUES),
         )  # fmt: skip
         self.list = LIST
-        self.slot, self.seen = np.zeros((2, len(self.rows.kind)), dtype=np.int64)
-        self.clock = np.zeros(3, dtype=np.int64)
         done = 0
         while (done := replay(self.tiles, self.rows, earlier, done, self.tile_row)) < len(earlier):
             self._more_nodes()

@@ -129,6 +129,7 @@ class Sweeps:
         self._cuts, self._cutter = _Rows(3, kind=np.int64), _Rows(kind=np.int64)
         self._paths: dict[int, Motion] = {}  # but for lines, whose rows say them
         self._spare, self._hulls = 1, (0, np.zeros((0, 6)))
+        self.clock, self._marks = np.zeros(5, dtype=np.int64), np.zeros((3, 0), dtype=np.int64)
 
     def __len__(self) -> int:
         return self._cuts.count
@@ -151,6 +152,7 @@ class Sweeps:
             if isinstance(value, _Rows) and value not in (self._cuts, self._cutter):
                 setattr(twin, name, value.copy())
         twin._spare, twin._known = spare, dict(self._known)
+        twin.clock, twin._marks = self.clock.copy(), self._marks[:, :0]
         return twin
 
     def add(self, cutter: Profile, path: Motion) -> None:
@@ -221,6 +223,14 @@ class Sweeps:
     def rows(self) -> Rows:
         """For the kernels, with a spare row at the end."""
         return Rows(*(table.spare(self._spare) for table in self._rows))
+
+    def marks(self) -> Ints:
+        """(3, n) stamp, slot and stretch that saw it last, of every row of `rows`; `clock` (5,) counts stations and stretches
+        on, so that nothing is cleared between two questions: of a million rows that takes milliseconds."""
+        missing = self._rows[0].count + self._spare - self._marks.shape[1]
+        if missing > 0:
+            self._marks = np.pad(self._marks, ((0, 0), (0, missing)))
+        return self._marks
 
     def near(self, low: Floats, high: Floats, stop: int) -> Ints:
         """Numbers of the rows before `stop` whose boxes meet a box, rising. Of a million, hulls of some are asked first."""
