@@ -6,7 +6,7 @@ room beside this file and one line in the table of `engines/__init__.py`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from pkgutil import resolve_name
@@ -270,6 +270,6 @@ class Divisible(Engine, Protocol):
         ...
 
     @classmethod
-    def join(cls, engines: Sequence[Self]) -> Self:
+    def join(cls, engines: Iterable[Self]) -> Self:
         """One engine of those that cut all parts, in the order of their shares."""
         ...

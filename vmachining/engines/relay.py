@@ -23,7 +23,7 @@ of turning tools among it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import cache, cached_property
 from itertools import compress
@@ -461,14 +461,20 @@ class ColumnsFirst(Summed):
         return self
 
     @classmethod
-    def join(cls, engines: Sequence[Self]) -> Self:
+    def join(cls, engines: Iterable[Self]) -> Self:
         """See `Divisible`. All parts had all orders, so that they know the same sweeps by the same engines."""
-        whole = engines[0]
-        whole._share, whole._removed = WHOLE, whole._removed.plus(*(e._removed for e in engines[1:]))
+        shares = iter(engines)
+        whole = next(shares)
+        columns, meshes = [whole._columns], [whole._mesh]
+        for share in shares:  # one at a time: what it has noted is noted already
+            whole._removed = whole._removed.plus(share._removed)
+            columns.append(share._columns)
+            meshes.append(share._mesh)
+        whole._share = WHOLE
         if whole._columns is not None:
-            whole._columns = ColumnsEngine.join([e._columns for e in engines if e._columns is not None])
+            whole._columns = ColumnsEngine.join(filter(None, columns))
         if whole._mesh is not None:
-            whole._mesh = mesh.MeshEngine.join([e._mesh for e in engines if e._mesh is not None])
+            whole._mesh = mesh.MeshEngine.join(filter(None, meshes))
         return whole
 
     def summed(self, parts: Sequence[Removal]) -> Removal:

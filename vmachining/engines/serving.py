@@ -32,7 +32,7 @@ def shares_of(name: str, start: Path, shares: Iterable[int], count: int) -> list
 def joined(name: str, files: Sequence[Path]) -> Divisible:
     """The workpiece whose shares lie in files, in their order. What is of use to others no share knows: `forget_others`."""
     kind = cast("type[Divisible]", engine_class(name))
-    return kind.join([kind.load(file) for file in files])
+    return kind.join(map(kind.load, files))
 
 
 def told_by(engines: Iterable[Engine], orders: Sequence[Request]) -> Iterator[list[Removal]]:

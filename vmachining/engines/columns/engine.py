@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import compress
 from math import hypot
@@ -494,8 +494,9 @@ class ColumnsEngine:
         return engine
 
     @classmethod
-    def join(cls, engines: Sequence[Self]) -> Self:
+    def join(cls, shares: Iterable[Self]) -> Self:
         """One engine of those that cut all shares of one workpiece, in the order of their shares."""
+        engines = list(shares)
         whole, tilings = engines[0], [e._tiles for e in engines if e._tiles is not None]
         whole._share = WHOLE
         whole._gone = whole._gone.plus(*(e._gone for e in engines[1:]))

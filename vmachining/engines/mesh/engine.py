@@ -7,7 +7,7 @@ the estimates of all blocks.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -227,11 +227,11 @@ class MeshEngine:
         return parts[0].plus(*parts[1:])
 
     @classmethod
-    def join(cls, engines: Sequence[MeshEngine]) -> MeshEngine:
+    def join(cls, engines: Iterable[MeshEngine]) -> MeshEngine:
         """One engine of those that cut all shares of one workpiece, in the order of their shares."""
-        engine = engines[0]
-        engine._root, engine._share = joined([each._root for each in engines]), WHOLE
-        for each in engines[1:]:
+        engine, *others = engines
+        engine._root, engine._share = joined([each._root for each in (engine, *others)]), WHOLE
+        for each in others:
             engine._blocks |= each._blocks
             engine._gone += each._gone
         return engine
