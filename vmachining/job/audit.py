@@ -49,10 +49,10 @@ def audited(
     Raises Stopped: The user asked to stop.
     """
     removing = rows.filter(pl.col("removed_hi_mm3") > 0.0)
-    quick = UprightJudge(stock, [
+    quick = UprightJudge(stock, (
         Way(block.number, tools[move.tool].cutter, path)
         for block in toolpath.blocks for move, path in toolpath.cuts(block) if move.tool in tools
-    ])  # fmt: skip
+    ))  # fmt: skip
     chosen = _chosen(removing, most, quick.takes)
     said = judges_of(removing.filter(pl.col("block").is_in(chosen)))
     exact: list[RayWitness] = []

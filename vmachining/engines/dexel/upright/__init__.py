@@ -21,7 +21,8 @@ who finds an engine excluded by it asks the exact rays, which look closer, befor
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 from math import ceil, pi, sqrt
 from typing import NamedTuple
 
@@ -44,6 +45,9 @@ PLACES, PILOT = 512, 4
 MOST_PLACES, MOST_LOOKS = 60_000, 8_000_000
 """Of a set for all blocks together, and heights asked for by all sets: about 5 ns each."""
 
+TOGETHER = 65_536
+"""Ways that are taken at once: an object takes four times as much memory as its row."""
+
 QUARTER = 0.5 * pi * (1.0 + 1e-9)
 """rad of a helix that is one row."""
 
@@ -60,15 +64,30 @@ class UprightJudge:
     """Sweeps of a program as rows of numbers, see the legend of `_kernels.py`.
 
     stock : raw.
-    ways : of all feed motions, in the order they run.
+    ways : of all feed motions, in the order they run, taken some at a time.
     is_whole : whether all of them are taken that can meet the stock.
     """
 
-    def __init__(self, stock: Stock, ways: Sequence[Way]) -> None:
+    def __init__(self, stock: Stock, ways: Iterable[Way]) -> None:
         self._stock, self._box = stock, np.array(stock.bounds)
-        shapes = {id(way.cutter): way.cutter for way in ways}
-        places = {key: k for k, key in enumerate(shapes)}
-        profiles = list(shapes.values())
+        shapes: dict[int, Profile] = {}
+        coming = iter(ways)
+        parts = [self._part([], shapes)]
+        while some := list(islice(coming, TOGETHER)):
+            parts.append(self._part(some, shapes))
+        self._ways, self._boxes, self._tool, self._block, self._foreign = map(
+            np.concatenate, zip(*parts, strict=True)
+        )
+        apart = (self._foreign[:, 3:] <= self._box[0, :2]) | (self._foreign[:, 1:3] >= self._box[1, :2])
+        self._foreign = self._foreign[~apart.any(axis=1)]
+        self._tools, self._segments = _shapes(list(shapes.values()))
+
+    def _part(
+        self, ways: Sequence[Way], shapes: dict[int, Profile]
+    ) -> tuple[Floats, Floats, Ints, Ints, Floats]:
+        """Rows of some ways, their boxes, tools and blocks, and what is not taken. shapes : cutters, which grow."""
+        shapes |= {id(way.cutter): way.cutter for way in ways}
+        places, profiles = {key: k for k, key in enumerate(shapes)}, list(shapes.values())
         # whether the radius never falls with the height, of a convex cutter
         rises = np.array(
             [c.is_convex and float(c.points[-1, 0]) == c.max_radius for c in profiles], dtype=np.bool_
@@ -85,18 +104,14 @@ class UprightJudge:
         taken += [k for k, _, _ in more]
         order = np.argsort(taken, kind="stable")
         owner = np.array(taken, dtype=np.int64)[order]
-        self._ways = np.concatenate([rows, np.array([row for _, row, _ in more]).reshape(-1, 9)])[order]
-        self._boxes = np.concatenate([boxes, np.array([box for _, _, box in more]).reshape(-1, 5)])[order]
-        self._tool, self._block = tool[owner], block[owner]
+        rows = np.concatenate([rows, np.array([row for _, row, _ in more]).reshape(-1, 9)])[order]
+        boxes = np.concatenate([boxes, np.array([box for _, _, box in more]).reshape(-1, 5)])[order]
         foreign = list[tuple[float, ...]]()
         for k in np.setdiff1d(np.arange(len(ways)), owner).tolist():
             number, cutter, path = ways[k]
             reach = cutter.max_radius + (max(-cutter.z_min, cutter.z_max) if isinstance(path, Turn) else 0.0)
             foreign.append((number, *(path.bounds[0, :2] - reach), *(path.bounds[1, :2] + reach)))
-        self._foreign = np.array(foreign, dtype=np.float64).reshape(-1, 5)
-        apart = (self._foreign[:, 3:] <= self._box[0, :2]) | (self._foreign[:, 1:3] >= self._box[1, :2])
-        self._foreign = self._foreign[~apart.any(axis=1)]
-        self._tools, self._segments = _shapes(profiles)
+        return rows, boxes, tool[owner], block[owner], np.array(foreign, dtype=np.float64).reshape(-1, 5)
 
     @property
     def is_whole(self) -> bool:
