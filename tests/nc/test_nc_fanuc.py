@@ -183,7 +183,7 @@ def test_the_dialect_is_recognised(text, dialect):
         ("(ALL UNITS IN INCH)\nG0 X1\nM2", 25.4, "I213"), ("(METRIC)\nG0 X1\nM2", 1.0, "I213"),
         ("G1 F10\nX1.1234\nX2.1234\nX1.5432\nX1.1111\nX1.2345\nX1\nM2", 25.4, "I213"),
         ("G1 F1000\nX100.123\nX90.123\nX70.1\nX50.2\nX20.3\nX1\nM2", 1.0, "I213"),
-        ("G0 X1\nM2", 1.0, "W213"),
+        ("G0 X1\nM2", 1.0, "W213"), ("(T1 1/2 END MILL)\nG0 X1\nM2", 25.4, "I213"), ("(OP 1/2)\nG0 X1\nM2", 1.0, "W213"),
         ("G81 Z-.5 R.1 F10. L0\nG70 I1.5 J15. L6\nX1.\nM2", 25.4, "I213"),  # holes on a circle, Haas
     ],
 )  # fmt: skip

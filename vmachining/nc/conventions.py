@@ -20,6 +20,11 @@ _NAMED: Final = re.compile(
 _COMMENT: Final = re.compile(r"\(([^()]*)\)|;(.*)")
 _INCH: Final = re.compile(r"\b(?:INCH|INCHES|IPM|IN/MIN)\b|\bUNITS?[ :=]+IN\b|[0-9]\"", re.IGNORECASE)
 _MM: Final = re.compile(r"\b(?:MM|MILLIMET(?:ER|RE)S?|METRIC|MM/MIN)\b|[0-9]MM\b", re.IGNORECASE)
+_FRACTION: Final = re.compile(
+    r"(?<![\d./])\d+/(?:2|4|8|16|32|64)(?![\d/])[- A-Z0-9.]{0,16}?(?:MILL|DRILL|BALL|CUTTER|BIT|REAM|TAP|EM)\b",
+    re.IGNORECASE,
+)
+"""A size of a tool, 1/2 END MILL."""
 _PLACE: Final = re.compile(r"[XYZ][ \t]*(-?[0-9]*\.[0-9]*|-?[0-9]+)", re.IGNORECASE)
 _FEED: Final = re.compile(r"F[ \t]*([0-9]*\.?[0-9]+)", re.IGNORECASE)
 
@@ -48,7 +53,7 @@ def names_unit(lines: Sequence[str]) -> bool:
 
 
 def unit_of(lines: Sequence[str]) -> Unit:
-    """What the program speaks for: comments first, else two of decimals, feeds and extent without one against."""
+    """What the program speaks for: comments first, else two of tools, decimals, feeds and extent without one against."""
     said: list[str] = []
     places, feeds, decimals = list[float](), list[float](), list[int]()
     for line in lines[:SAMPLE]:
@@ -64,6 +69,8 @@ def unit_of(lines: Sequence[str]) -> Unit:
     if inch != metric:
         return Unit("inch" if inch else "mm", "a comment that names them", True)
     votes = list[tuple[UnitName, str]]()
+    if (tool := _FRACTION.search(comment)) is not None:
+        votes.append(("inch", f"a tool of {tool[0]}"))
     if len(decimals) >= FEW:
         deepest = max(decimals)
         if deepest in (3, 4):
@@ -74,7 +81,7 @@ def unit_of(lines: Sequence[str]) -> Unit:
         votes.append(("inch" if far < SMALL else "mm", f"coordinates up to {far:g}"))
     names = {name for name, _ in votes}
     if len(names) == 1 and len(votes) >= 2:
-        return Unit(votes[0][0], " and ".join(why for _, why in votes), len(votes) == 3)
+        return Unit(votes[0][0], " and ".join(why for _, why in votes), len(votes) >= 3)
     return Unit("", "nothing in it decides")
 
 
