@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import re
 import tomllib
+from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -58,6 +60,32 @@ def read_text(
         return read_bytes(path, what, error, missing=missing).decode("utf-8-sig")
     except UnicodeDecodeError as exc:
         raise error(f"not a UTF-8 text (byte {exc.start})", file=str(path), remedy=wrong) from exc
+
+
+def csv_rows(path: Path, what: str, wrong: str) -> Iterator[tuple[int, list[str]]]:
+    """(line, cells) of every line of a CSV file that holds something and opens without #, the header first, which says which
+    delimiter it is. what, wrong : as of `read_text`.
+
+    Raises InputError: It cannot be read, or is not a CSV table.
+    """
+    lines = read_text(path, what, InputError, wrong=wrong).splitlines(keepends=True)
+    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    reader = csv.reader(lines, delimiter=max(",;\t", key=first.count), skipinitialspace=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row) and not row[0].startswith("#"):
+                yield reader.line_num, row
+    except csv.Error as exc:
+        raise InputError(f"not a CSV table: {exc}", file=path, line=reader.line_num) from exc
+
+
+def finite(value: Any) -> float | None:
+    """The finite number that a cell holds; None if it holds none."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    return number if math.isfinite(number) else None
 
 
 def number_rows(path: Path, columns: tuple[str, ...], what: str, error: type[InputError]) -> Floats:

@@ -147,8 +147,9 @@ def test_too_few_tests_are_refused(tests, words):
         identify(tests, R, TEETH)
 
 
-def test_forces_on_the_workpiece_have_the_other_sign(tmp_path):
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_forces_on_the_workpiece_have_the_other_sign(mark, tmp_path):
     path = tmp_path / "slots.csv"
-    path.write_text(HEADER + "1, 0.1, 2, -3, 4, \n\n", encoding="utf-8")
+    path.write_text((HEADER + "1, 0.1, 2, -3, 4, \n\n").replace(",", mark), encoding="utf-8")
     assert read_tests(path, on="workpiece").force.tolist() == [[-2, 3, -4]]
     assert len(NAMES) == 6

@@ -8,8 +8,6 @@ together, by least squares of the components.
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -18,7 +16,7 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
-from vmachining.textfile import read_text
+from vmachining.textfile import csv_rows, finite
 
 
 class MeasuredColumns(NamedTuple):
@@ -35,9 +33,8 @@ def read_columns(path: Path | str, wanted: tuple[str, ...], what: str) -> Measur
     Raises InputError: No such file, columns that are missing or name another unit, cells that are no numbers, no row;
         names line and column.
     """
-    text = read_text(Path(path), what, InputError, wrong="give a CSV file with a header")
-    table = csv.DictReader(io.StringIO(text), skipinitialspace=True)
-    header = [name.strip() for name in table.fieldnames or []]
+    rows = csv_rows(Path(path), what, "give a CSV file with a header")
+    header = [name.strip() for name in next(rows, (1, []))[1]]
     names = []
     for want in wanted:
         either = want.split("|")
@@ -57,23 +54,17 @@ def read_columns(path: Path | str, wanted: tuple[str, ...], what: str) -> Measur
         )  # fmt: skip
     values: list[list[float]] = []
     lines: list[int] = []
-    for row in table:
-        cells = {(key or "").strip(): value for key, value in row.items() if isinstance(value, str)}
-        if not any(value.strip() for value in cells.values()):
-            continue
+    for line, cells in rows:
+        cell = dict(zip(header, cells, strict=False))
         numbers = []
         for name in names:
-            try:
-                number = float(cells.get(name, ""))
-                if not np.isfinite(number):
-                    raise ValueError
-            except ValueError:
+            if (number := finite(cell.get(name, ""))) is None:
                 raise InputError(
-                    f"{name} = {cells.get(name, '')!r} is not a number", file=str(path), line=table.line_num
-                ) from None
+                    f"{name} = {cell.get(name, '')!r} is not a number", file=str(path), line=line
+                )
             numbers.append(number)
         values.append(numbers)
-        lines.append(table.line_num)
+        lines.append(line)
     if not values:
         raise InputError(
             "there are no rows", file=str(path), remedy="a header, and one row for each measurement"

@@ -15,7 +15,8 @@ import polars as pl
 from vmachining.engagement import Engagement
 from vmachining.errors import InputError
 from vmachining.job.files import read_manifest, sha256
-from vmachining.oracle.results import LARGEST, Table, csv_rows, finite, frame_of, table_in, whole
+from vmachining.oracle.results import LARGEST, TABLE, Table, frame_of, table_in, whole
+from vmachining.textfile import csv_rows, finite
 
 TOLERANCE_MM = 1e-4
 """What our own two methods promise to agree to on curved stock; planes are good to 1e-6 mm."""
@@ -148,7 +149,9 @@ def is_engagement_table(path: Path | str) -> bool:
     """Whether a file has the columns of intervals; False for whatever cannot be read."""
     try:
         is_parquet = Path(path).suffix == ".parquet"
-        header = frame_of(Path(path)).columns if is_parquet else next(csv_rows(Path(path)))[1]
+        header = (
+            frame_of(Path(path)).columns if is_parquet else next(csv_rows(Path(path), "results", TABLE))[1]
+        )
     except (InputError, StopIteration):
         return False
     return {"phi_deg", "lower_mm"} <= {name.strip() for name in header}

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,19 +15,19 @@ import polars as pl
 from vmachining.errors import InputError
 from vmachining.job.files import MANIFEST, read_manifest, read_table, sha256
 from vmachining.job.result import RunResult
-from vmachining.textfile import parse_json, read_text
+from vmachining.textfile import csv_rows, finite, parse_json
 
 KEYS = ("block", "line")
 """In this order: a table that has both is keyed by block, the finer of the two."""
 
 VOLUME, TEXT = "removed_mm3", "text"
-DELIMITERS = ",;\t"
 LARGEST = 1e30
 """mm, mm^3: no workpiece has more, and sums, differences and ratios of such numbers stay finite."""
 
 WHOLE_BITS = 63
 """Blocks and lines are columns of 64 bits."""
 
+TABLE = "results are a CSV table"
 WANTED = "give a header with block or line, and removed_mm3"
 
 
@@ -126,28 +125,12 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
     return _gather(Table.read(results, _chosen))
 
 
-def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
-    """(line, cells) of every line of a CSV file that holds something, the header first, which says which delimiter it is.
-
-    Raises InputError: It cannot be read, or is not a CSV table.
-    """
-    lines = read_text(path, "results", InputError, wrong="results are a CSV table").splitlines(keepends=True)
-    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    reader = csv.reader(lines, delimiter=max(DELIMITERS, key=first.count))
-    try:
-        for row in reader:
-            if any(cell.strip() for cell in row) and not row[0].startswith("#"):
-                yield reader.line_num, row
-    except csv.Error as exc:
-        raise InputError(f"not a CSV table: {exc}", file=path, line=reader.line_num) from exc
-
-
 def csv_table(path: Path) -> tuple[int, list[str], Iterator[tuple[int, list[str]]]]:
     """Line of the header, its names, and (line, cells) of the rows below, each as long as the header.
 
     Raises InputError: It cannot be read, or is not a CSV table; while the rows are read: one is longer or shorter.
     """
-    rows = csv_rows(path)
+    rows = csv_rows(path, "results", TABLE)
     line, header = next(rows, (1, []))
     names = [name.strip() for name in header]
 
@@ -200,15 +183,6 @@ def _gather(table: Table) -> Results:
         raise InputError("a header and no results", file=table.source, remedy="one row per block or line")
     volumes = {number: math.fsum(values) for number, values in parts.items()}
     return Results(key, volumes, table.source, texts)
-
-
-def finite(value: Any) -> float | None:
-    """The finite number that a cell holds; None if it holds none."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError, OverflowError):
-        return None
-    return number if math.isfinite(number) else None
 
 
 def whole(value: Any, key: str, where: Mapping[str, Any]) -> int:
