@@ -18,7 +18,7 @@ from typing import Any
 
 import polars as pl
 
-from vmachining.disk import Scratch
+from vmachining.disk import LOCK, Scratch
 from vmachining.errors import EngineError, InputError, JobError, SweepError
 from vmachining.job import Job, RunResult, Scene, engage, run
 from vmachining.job.brep import blank, write_step
@@ -155,7 +155,7 @@ def write_pack(
         if exact:
             asked = f"asked of each block: {100.0 * accuracy.width:g} % or {accuracy.width_mm3:g} mm^3"
         write_atomic(made / "README.md", readme(job.name, summary, asked, told, _command(options)))
-        names = sorted(path.name for path in made.iterdir())
+        names = sorted(path.name for path in made.iterdir() if path.name != LOCK)
         manifest = {
             "kind": KIND, "format": 1, "job": job.name, "complete": True,
             "options": options,
