@@ -20,7 +20,7 @@ from vmachining.engines.brep.occt.booleans import quiet
 from vmachining.engines.brep.occt.parts import without_crumbs
 from vmachining.engines.brep.occt.polyhedron import polyhedron
 from vmachining.engines.brep.occt.step import read_step
-from vmachining.engines.brep.occt.step_out import volumes_in, write_plain
+from vmachining.engines.brep.occt.step_out import volumes_in, write_labelled
 from vmachining.engines.brep.occt.tolerances import CRUMB_MM3
 from vmachining.engines.brep.occt.validity import refuse_unsound
 from vmachining.engines.brep.workpiece.cut import owners, workpiece, write_step
@@ -180,7 +180,8 @@ def test_pieces_that_hold_nothing_are_no_workpiece(tmp_path: Path) -> None:
     crumb = cq.Solid.makeBox(1e-5, 2, 1e-5, cq.Vector(0, 70, -1))
     assert 0.0 < crumb.Volume() < CRUMB_MM3
     file = tmp_path / "stock.step"
-    write_plain(file, [cq.Solid.makeBox(30, 40, 20, cq.Vector(0, -20, -20)).wrapped, crumb.wrapped])
+    both = [cq.Solid.makeBox(30, 40, 20, cq.Vector(0, -20, -20)), crumb]
+    write_labelled(file, cq.Compound.makeCompound(both).wrapped, "stock", [])
     stock = Blank("step", (0, -20, -20), (30, 72, 0), file=str(file))
     slots = [Sweep.along(FlatEnd(diameter=10, length=60), Line((-20, y, -1), (50, y, -1))) for y in (-8, 8)]
     write_step(tmp_path / "part.step", stock, [[slot] for slot in slots], [near(300.0)] * 2, ["one", "two"])

@@ -16,7 +16,6 @@ from vmachining.engines.brep.occt.step_out import (
     difference,
     volumes_in,
     write_labelled,
-    write_plain,
 )
 from vmachining.engines.brep.occt.tolerances import MISS_MM
 from vmachining.engines.brep.occt.validity import Inspection
@@ -65,9 +64,7 @@ def built_sweep(sweep: Sweep, miss_mm: float = MISS_MM, step: Path | None = None
         fit, points = compared(sweep, shapes, fit)
     yield Described(tuple(part.report for part in parts), fit, points)
     if step is not None:
-        whole = shapes[0] if len(shapes) == 1 else compound(shapes)
-        write_labelled(step, whole, "swept volume", _labelled(sweep, shapes))
-        yield _read_back(step, [part.report.volume for part in parts])
+        yield write_solids(step, shapes, _labelled(sweep, shapes))
 
 
 def _labelled(sweep: Sweep, shapes: Sequence[Any]) -> list[LabelledFace]:
@@ -119,20 +116,14 @@ def compared(sweep: Sweep, shapes: Sequence[Any], fit_mm: float) -> tuple[float,
     return off, count
 
 
-def write_solids(path: Path, shapes: Sequence[Any]) -> float:
-    """Write TopoDS_Solids into one STEP file; returns the sum of their volumes as read back, mm^3.
+def write_solids(path: Path, shapes: Sequence[Any], faces: Sequence[LabelledFace] = ()) -> float:
+    """Write TopoDS_Solids into one STEP file, some faces named; returns the sum of their volumes as read back, mm^3.
 
     Raises EngineError: The file cannot be written, or reads back with other solids or volumes. It is removed then.
     """
-    write_plain(path, shapes)
-    return _read_back(path, [volume(shape) for shape in shapes])
-
-
-def _read_back(path: Path, wanted: Sequence[float]) -> float:
-    """mm^3 in a file of solids of wanted volumes (mm^3); as `write_solids`."""
+    write_labelled(path, shapes[0] if len(shapes) == 1 else compound(shapes), "swept volume", faces)
     back = volumes_in(path)
-    strange = difference(back, wanted)
-    if strange:
+    if strange := difference(back, [volume(shape) for shape in shapes]):
         path.unlink()
         what = f"{path.name} reads back with {strange}; split the block, or write STL"
         raise EngineError(what, engine="brep")

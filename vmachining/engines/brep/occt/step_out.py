@@ -1,4 +1,4 @@
-"""Solids into STEP files, plain or with named and coloured faces, and what comes back of them."""
+"""Solids into STEP files, with named and coloured faces, and what comes back of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
 from OCP.STEPCAFControl import STEPCAFControl_Writer
-from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
@@ -35,18 +34,8 @@ class LabelledFace(NamedTuple):
     rgb: tuple[float, float, float]
 
 
-def write_plain(path: Path, shapes: Sequence[Any]) -> None:
-    """TopoDS_Shapes into one file. Raises EngineError if OCCT cannot write it; nothing is left then."""
-    writer = STEPControl_Writer()
-    for shape in shapes:
-        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
-    header = APIHeaderSection_MakeHeader(writer.Model())
-    header.SetOriginatingSystem(TCollection_HAsciiString(ORIGIN))
-    _written(path, writer.Write(str(path)))
-
-
 def write_labelled(path: Path, shape: Any, name: str, faces: Iterable[LabelledFace]) -> None:
-    """A shape with a name, and names and colours of its faces. Raises EngineError as `write_plain`."""
+    """A shape with a name, and names and colours of its faces. Raises EngineError: OCCT cannot; nothing is left then."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
     shape_tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     color_tool = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
