@@ -113,7 +113,7 @@ def test_a_result_of_other_files_is_named(
     assert f"the program file {program} changed since this result was made; nothing of it is kept" in told
 
 
-def test_a_result_of_another_version_is_made_anew_and_says_so(
+def test_a_result_of_another_version_is_added_to_by_no_command_and_made_anew_by_run(
     job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
@@ -121,8 +121,14 @@ def test_a_result_of_another_version_is_made_anew_and_says_so(
     manifest = json.loads((out / "manifest.json").read_text())
     manifest["versions"]["vmachining"] = "0.0.1"
     (out / "manifest.json").write_text(json.dumps(manifest))
-    assert command(["contact", str(out), "--blocks", "sample"]) == 0
-    assert "this result was made with vmachining 0.0.1, this is " in capsys.readouterr().err
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    for words in (["contact", str(out), "--blocks", "sample"], ["check", str(out), "--brep", "2"]):
+        assert command(words) == 2
+        assert "this result was made with vmachining 0.0.1, this is " in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert command(["run", str(job), "--out", str(out), "--contact", "sample", "--resume"]) == 0
+    told = capsys.readouterr().err
+    assert "this result was made with vmachining 0.0.1, this is " in told and "nothing of it is kept" in told
 
 
 @pytest.mark.parametrize(

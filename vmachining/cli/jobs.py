@@ -24,7 +24,7 @@ from vmachining.job.given import refuse_contact
 from vmachining.job.parts import Parts, parse_part, read_parts
 from vmachining.job.reading import read_job_program
 from vmachining.job.run import run_part
-from vmachining.job.store import PARTS, changed_inputs, finished, why_anew
+from vmachining.job.store import PARTS, finished, why_anew
 from vmachining.job.toolpath import Toolpath
 from vmachining.progress import Progress
 from vmachining.textfile import parse_toml, read_text
@@ -238,7 +238,8 @@ def run_job(
             if as_json:
                 emit(summary)
             return Code.DONE
-        if why := why_anew(job, folder):
+        old = ResultFolder(folder).earlier()
+        if old is not None and old.get("complete") and (why := why_anew(job, old)):
             note(f"{folder}: {why}; nothing of it is kept, everything is computed again", quiet=silent)
     command = "strategies" if every_strategy else "run"
     again = shlex.join(["vmachining", command, str(file), "--out", str(folder), "--resume", *options.words()])
@@ -345,7 +346,7 @@ def _as_before(
 ) -> tuple[Path, RunOptions]:
     """Job file and options of what lies in a directory, with what is asked in addition.
 
-    Raises InputError: The job is not there any more, or it or its inputs changed.
+    Raises InputError: The job is not there any more, or it, its inputs or this package changed.
     """
     before = manifest["options"]
     file = Path(manifest.get("inputs", {}).get("job", {}).get("file", "")).absolute()
@@ -355,11 +356,9 @@ def _as_before(
             remedy="vmachining run JOB.toml --resume --out of this directory, with the same options",
         )  # fmt: skip
     job = Job.load(file)
-    if changed := changed_inputs(job, manifest):
-        raise InputError(
-            f"{' and '.join(changed)} changed since this result was made", file=folder,
-            remedy="run the job again; this result stays valid for the inputs in its manifest",
-        )  # fmt: skip
+    if why := why_anew(job, manifest):
+        remedy = "run the job again; this result stays valid for what its manifest names"
+        raise InputError(why, file=folder, remedy=remedy)
     stages = [name for name in PARTS if name in before.get("stages", PARTS)]
     if "contact" in asked:
         stages = [name for name in PARTS if name in {*stages, "contact"}]

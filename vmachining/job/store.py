@@ -128,11 +128,8 @@ def changed_inputs(job: Job, manifest: Mapping[str, Any]) -> list[str]:
     return [f"the {role} file {here[role] if role in here else inputs[role]['file']}" for role in changed]
 
 
-def why_anew(job: Job, folder: Path) -> str | None:
-    """Why a run cannot continue from a complete result; None where it can, and where the result is not complete."""
-    manifest = ResultFolder(folder).earlier()
-    if manifest is None or not manifest.get("complete"):
-        return None
+def why_anew(job: Job, manifest: Mapping[str, Any]) -> str | None:
+    """Why a run cannot continue from a result; None where it can."""
     if changed := changed_inputs(job, manifest):
         return f"{' and '.join(changed)} changed since this result was made"
     other = other_origin(manifest["versions"])
