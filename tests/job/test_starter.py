@@ -206,7 +206,7 @@ def test_a_guess_that_is_commented_out_is_no_guess_of_the_job(tmp_path):
 
 def test_a_shape_without_a_diameter_is_kept_and_its_diameter_asked_for(tmp_path):
     path = tmp_path / "drill.nc"
-    path.write_text("G21 G90\n(T1 NO 7 DRILL)\nT1 M6\nS1000 M3\nG0 X5 Y5 Z2\nG81 Z-5 R1 F100\nG80\nM30\n")
+    path.write_text("G21 G90\n(T1 STUB DRILL)\nT1 M6\nS1000 M3\nG0 X5 Y5 Z2\nG81 Z-5 R1 F100\nG80\nM30\n")
     draft = draft_job(path, tmp_path)
     assert 'type = "drill"' in draft.text
     assert draft.open == ("no comment gives the diameter of tool 1 (cuts from line 6)",)

@@ -3,7 +3,8 @@
 import pytest
 
 from vmachining.nc import parse_program
-from vmachining.nc.toolcomments import StockNote, placed, stock_note, tool_notes
+from vmachining.nc.stockcomments import StockNote, placed, stock_note
+from vmachining.nc.toolcomments import tool_notes
 
 PLACED = [
     # CutViewer: the zero lies at (0, 0, 10) from the lowest corner, so the top is zero

@@ -106,7 +106,8 @@ def test_every_tool_gets_its_own_comment():
         ("3 FLUTE ENDMILL 10", 10.0, "ENDMILL 10"), ("TAP M8X1.25", 8.0, "M8"), ("CUTTER 16", 16.0, "CUTTER 16"),
         ("ENDMILL 10 R0.5", 10.0, "ENDMILL 10"), ("D12 ENDMILL 3", 12.0, None), ("FRESA 10", 10.0, "FRESA 10"),
         ("EM10R1", 10.0, "EM10"), ("FRESA D.10", 10.0, "D.10"), ("D.1 CUTTER", None, None), ("ФРЕЗА 8", 8.0, "ФРЕЗА 8"),
-        ("FLAT END MILL 2", None, None),
+        ("FLAT END MILL 2", None, None), ("|  #7 DRILL | H3", 5.1054, "#7 DRILL"), ("NO. 43 STUB DRILL", 2.2606,
+        "NO. 43 STUB DRILL"), ("LETTER F DRILL", 6.5278, "LETTER F DRILL"), ("#7 ENDMILL", None, None),
         ("DRILL 4 HOLES", None, None), ("SPOT DRILL 90 DEG", None, None), ("ENDMILL 1234", None, None),
     ],
 )  # fmt: skip

@@ -39,7 +39,8 @@ from vmachining.job.reading import IDLE, refuse_turning, refuse_unread
 from vmachining.machine import Machine, load, with_axes
 from vmachining.nc import MAX_BYTES, Motion, Program, decode_program, split_lines
 from vmachining.nc.conventions import unit_of
-from vmachining.nc.toolcomments import ToolNote, placed, stock_note
+from vmachining.nc.stockcomments import placed, stock_note
+from vmachining.nc.toolcomments import ToolNote
 from vmachining.sweep import Turn
 
 ALLOWANCE_MM = 2.0
