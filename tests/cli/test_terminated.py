@@ -59,3 +59,11 @@ def test_a_signal_before_and_after_the_command_is_an_interruption(place, monkeyp
     with pytest.raises(SystemExit) as ended:
         room.main(["run", "missing.toml"])
     assert ended.value.code == 130 and capsys.readouterr().err == "vmachining: interrupted\n"
+
+
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
+def test_standard_streams_may_be_closed(closed, tmp_path):
+    """As by some servers: it ended with a traceback, and files of ours would get their numbers."""
+    words = [sys.executable, "-m", "vmachining", "nc", "check", write_job(tmp_path).with_name("tiny.nc")]
+    ended = subprocess.run(["sh", "-c", f'"$@" {closed}', "sh", *words], capture_output=True, text=True)
+    assert ended.returncode == 0 and "Traceback" not in ended.stderr

@@ -37,6 +37,9 @@ class Code(IntEnum):
 
 def main(argv: Sequence[str] | None = None) -> None:
     gc.set_threshold(GARBAGE)
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:  # closed by the caller: a file of ours would get its number
+            setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115
     try:
         # in every phase; a run listens by itself, see `progress.stop_flag`
         for number in (signal.SIGINT, signal.SIGTERM):

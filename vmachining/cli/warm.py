@@ -53,7 +53,8 @@ def warm(o: Warm) -> int:
             said = worker.communicate()[1]
             if worker.returncode:
                 failed = 1
-                note(said.decode(errors="replace").strip().splitlines()[-1])
+                told = said.decode(errors="replace").strip()
+                note((told or f"a process ended with exit code {worker.returncode}").splitlines()[-1])
     finally:
         for worker in workers:
             worker.kill()
