@@ -136,7 +136,7 @@ def test_a_library_tells_what_a_program_does_not(tmp_path, monkeypatch):
     (tmp_path / "shop.csv").rename(tmp_path / "tools.csv")
     beside = draft_job(tmp_path / "part.nc", tmp_path)
     assert not beside.open
-    assert sum("from tools.csv, which lies beside the program" in guess for guess in beside.guesses) == 2
+    assert sum("from tools.csv, next to the program" in guess for guess in beside.guesses) == 2
     job = Job.from_mapping(tomllib.loads(beside.text), tmp_path)
     assert [tool.profile.max_radius for tool in job.tools.values()] == [4.0, 3.0]
     (tmp_path / "TOOL.T").write_text(
@@ -145,7 +145,7 @@ def test_a_library_tells_what_a_program_does_not(tmp_path, monkeypatch):
     (tmp_path / "tools.json").write_text("{")
     two = draft_job(tmp_path / "part.nc", tmp_path)
     assert any(
-        "tools.json beside the program is left out, the tool library is damaged" in g for g in two.guesses
+        "tools.json next to the program is left out, the tool library is damaged" in g for g in two.guesses
     )
     assert "# GUESS: tool library tools.json" in two.text
     assert len(two.ask) == 2 and two.beside == ("TOOL.T", "tools.csv")

@@ -85,7 +85,7 @@ def test_the_page_says_what_the_second_engine_said(page, tmp_path):
     rays, judge = body(page[1]), page[0].summary["second_judge"]
     assert judge["blocks"] > 2 and judge["disputed_blocks"] == 0
     assert f"a second engine agrees on {judge['blocks']} blocks" in rays
-    assert f"A second engine (exact rays) was asked about {judge['blocks']} blocks" in rays
+    assert f"A second engine (exact rays) checked {judge['blocks']} blocks" in rays
     result = run(Job.load(write_job(tmp_path)), brep="all")
     counts = result.summary["brep"]
     assert counts["asked"] == counts["agreed"] + counts["retried"] > 2
@@ -94,9 +94,9 @@ def test_the_page_says_what_the_second_engine_said(page, tmp_path):
     asked = counts["asked"]
     assert f"B-rep agreed on {asked} of {asked} blocks" in text and "second engine" not in text
     known, unknown = text.split("Not certified here")
-    assert f"was asked about {asked} blocks" in known and "was asked about" not in unknown
+    assert f"The B-rep engine checked {asked} blocks" in known and "B-rep engine checked" not in unknown
     seen = result.blocks["removed_dexel_mm3"].count()
-    assert seen > 1 and f"Exact rays judged {seen} blocks beside the B-rep engine" in known
+    assert seen > 1 and f"Exact rays judged {seen} blocks in addition to the B-rep engine" in known
     counts.update(agreed=counts["agreed"] - 1, refused=1)
     write_report(result, tmp_path / "r.html")
     text = body((tmp_path / "r.html").read_text(encoding="utf-8"))

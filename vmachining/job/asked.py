@@ -106,7 +106,7 @@ def libraries_beside(program: Path, scale: float) -> tuple[dict[Path, dict[int, 
             try:
                 found[path] = read_tool_library(path, scale)
             except VMachiningError as exc:
-                refused.append(f"tool library {path.name} beside the program is left out, {exc.message}")
+                refused.append(f"tool library {path.name} next to the program is left out, {exc.message}")
     return found, refused
 
 

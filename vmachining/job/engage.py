@@ -121,7 +121,7 @@ def engage(
         corner_of(tool.cutter)  # refuses other cutters before anything is computed
         notes += (f"the workpiece is known by its heights over cells of {pitch:g} mm",)
     if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
-        notes += ("the bottom disc leads too and may cut; the edge has it only when the bottom is asked for",)
+        notes += ("the bottom disc leads too and may cut; the edge includes it only with --bottom",)
     with scene._workpiece(method, stock, near, seconds, pitch, region) as workpiece:
         found = contact(cutting, stance, workpiece, own, angles=angles, phase=phase)
     line = next(b.line for b in scene.blocks if b.number == block)

@@ -173,7 +173,7 @@ class _Writer:
         self.tools = list(dict.fromkeys(move.tool or 1 for move in self.cutting))
         bare = next((move for move in self.cutting if not move.tool), None)
         if bare is not None and len(self.tools) > 1:
-            self.errors.append(f"line {bare.line}: a cut without a tool in the spindle, beside those of tools "
+            self.errors.append(f"line {bare.line}: a cut without a tool in the spindle, besides those of tools "
                                f"{', '.join(str(n) for n in dict.fromkeys(m.tool for m in self.cutting) if n)}")  # fmt: skip
         self.lines = lines
 
@@ -400,7 +400,7 @@ class _Writer:
             if note.guess is not None:
                 size = self.guess(size, f"diameter of tool {number}, from its name {_text(note.guess)}")
             elif note.place is not None:
-                why = f"diameter of tool {number}, from {note.place}, which lies beside the program"
+                why = f"diameter of tool {number}, from {note.place}, next to the program"
                 size = self.guess(size, why)
         if note.text.endswith(".tbl"):
             size = self.guess(size, f"the table has no unit: that of the program is used, {self.unit}")

@@ -189,7 +189,7 @@ def quill(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Find
     bare = [_OWN_W.sub(" ", REMARK.sub(" ", line)) for line in lines]
     if any(map(_NO_QUILL.search, bare)) or not any(map(_Y.search, bare)):
         return settings, []
-    what = "W moves the tool along Z, beside Z: the depth is the sum of both, and W begins at 0"
+    what = "W moves the tool along Z, in addition to Z: the depth is the sum of both, and W starts at 0"
     hint = 'confirm it: w = "z" under [program.control], or --control w=z'
     said = finding("I213", at, None, what, word, hint=hint)
     return replace(settings, control=replace(control, w="z")), [said]

@@ -244,9 +244,7 @@ ONCE: Final = frozenset({"E368"})
 """Causes that lie in the job: one finding for all words."""
 
 FREE: Final = "free contours (FK: FPOL, FL, FLT, FC, FCT) are not supported"
-MILLS: Final = (
-    "a cycle that mills by itself (pocket, slot, stud, face, contour): its way is the control's own"
-)
+MILLS: Final = "a milling cycle (pocket, slot, stud, face, contour): the control chooses its path"
 DEEPEST: Final = 50
 """Calls in calls."""
 

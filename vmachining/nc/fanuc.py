@@ -255,7 +255,7 @@ class Translator(Registers):
             out.add("G", 0.0, word)
             out.keep(word, 53.0)
         elif code == 600:
-            what = "G60: the way past the target, a parameter of the control, is left out"
+            what = "G60: the overshoot past the target, a parameter of the control, is left out"
             self.say("G60", word, what, "I213")
             if not codes & MOVES and out.axes:
                 out.motion(out.after, self.group1)
@@ -351,7 +351,11 @@ class Translator(Registers):
     def _place(self, word: Word, code: int, out: Line) -> None:
         """Turned, tilted, scaled, mirrored: not beside a motion, and not under cutter compensation."""
         if out.codes & MOVES or out.state.compensation is not None:
-            why = "beside a motion code" if out.codes & MOVES else "while cutter compensation is on"
+            why = (
+                "in the same block as a motion code"
+                if out.codes & MOVES
+                else "while cutter compensation is on"
+            )
             out.refuse(word, f"{word.text} {why}", "write it in a separate block")
             return
         out.taken |= set(TAKEN[code])
@@ -390,7 +394,7 @@ class Translator(Registers):
         elif code == 29:
             self.say("M29", word, "M29: rigid tapping, as G84 is read")
         elif code > 30 and self.changes_by == code and "T" in out.given:
-            what = f"{word.text} beside T, in a program without M6: taken as its tool change"
+            what = f"{word.text} with T, in a program without M6, is read as the tool change"
             self.say("M6 by", word, what, "I213")
             out.add("M", 6.0, word)
         else:

@@ -153,7 +153,7 @@ def _pocket(translator: Translator, way: _Way, *, ccw: bool) -> None:
     if not 0.0 < sizes[0] <= sizes[-1] or len(sizes) >= MOST:
         line.refuse(word, f"{word.text}: radii of {first:g} to {last or first:g} leave no room for the tool")
         return
-    what = f"{word.text}: where the control leaves the middle is its own; here by a half circle towards +X"
+    what = f"{word.text}: the control chooses how to leave the centre; here on a half circle towards +X"
     translator.say("pocket", word, what, "I213")
     depth, keep, placed = line.only("ZF"), line.only("GMS"), line.letters() & set("XY")
     g = word._replace(letter="G")

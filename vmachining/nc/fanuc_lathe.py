@@ -152,9 +152,7 @@ class Lathe(Cycles):
             b.codes = codes
         home = bool(codes & {280, 300, 530})
         if 530 in codes and not codes & {280, 300} and (self.modal if group1 is None else group1):
-            what = (
-                "G53 with a cut: no lathe cuts to its own places; it goes where the words say, as without G53"
-            )
+            what = "G53 with a cut: it goes where the words say, as without G53, because lathes do not cut to machine positions"
             self.say("G53 cut", b.of(530), what, "W366")
             home = False
         moves = b.has("XZUW") and not home
@@ -292,7 +290,7 @@ class Lathe(Cycles):
         around = 2.0 * math.pi * radius
         wanted = self.surface * (12.0 if b.scale != 1.0 else 1000.0) / around if around > 0.0 else math.inf
         if self.limit is None and wanted > FASTEST_RPM:
-            what = f"G96 without a limit by G50 S: the spindle is taken to turn at {FASTEST_RPM:g} rev/min at most"
+            what = f"G96 without a limit by G50 S: the spindle is assumed to turn at {FASTEST_RPM:g} rev/min at most"
             self.say("G96 limit", b.like, what, "I213")
         return min(wanted, FASTEST_RPM if self.limit is None else self.limit)
 

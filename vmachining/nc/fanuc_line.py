@@ -176,7 +176,7 @@ class Registers:
             return
         (_, (like, second)) = tools
         out.pairs.remove((like, second))
-        what = "two T words beside M6: the first tool is loaded, the second is made ready"
+        what = "two T words with M6: the first tool is loaded, the second is staged"
         self.say("T T", like, what, "I213")
         if second == int(second) >= 0:
             out.become(out.after, selected=int(second))

@@ -58,7 +58,7 @@ NEVER: Final = "the called subprogram never returns (M99)"
 BUILDER: Final = range(9000, 10000)
 """O numbers of the builder's macros for tools, probes and pallets, which G65 and G66 call."""
 MAX_DEPTH: Final = 64
-MISSING: Final = "put O{}.nc beside the program or name its folder by --subroutines; M99 alone will do where it moves nothing"
+MISSING: Final = "put O{}.nc next to the program or name its folder with --subroutines; M99 alone will do if it moves nothing"
 _PLACES: Final = re.compile(r"(?<![A-Z])[XYZABC][ \t]*[-+.0-9#\[]", re.IGNORECASE)
 _STOPS: Final = re.compile(r"(?<![A-Z#])M[ \t]*0*(?:2|30)(?![0-9.])", re.IGNORECASE)
 _RETURNS: Final = re.compile(r"(?<![A-Z#])M[ \t]*99(?![0-9.])", re.IGNORECASE)
@@ -78,9 +78,7 @@ def steers(lines: list[str]) -> bool:
     return any(_STEERS.search(_COMMENT.sub(" ", line)) for line in lines)
 
 
-NEXT_PROGRAM: Final = (
-    "the program before this one has no M2 or M30: reading ends where the next O number stands"
-)
+NEXT_PROGRAM: Final = "the program before this one has no M2 or M30: reading ends at the next O number"
 
 
 def next_program(lines: list[str], first: int, stop: int) -> int:
@@ -392,10 +390,12 @@ class MacroFlow:
         if start is None:
             kind, what = (
                 "W383",
-                f"no program O{target} in this file or in one beside it: what it moves is not read",
+                f"no program O{target} in this file or next to it: its motions are not read",
             )
             if code in MACROS and target in BUILDER:
-                what = f"O{target}, a program of the builder of the machine, is not here: it is taken to move nothing"
+                what = (
+                    f"O{target}, a macro of the machine builder, is not here: it is assumed to move nothing"
+                )
                 kind = "W382"
             self.report(Problem(kind, word, what, MISSING.format(target)), index)
             return index + 1

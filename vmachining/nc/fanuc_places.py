@@ -92,7 +92,7 @@ class Places:
             line.refuse(word, what, "end the plane by G69")
         else:
             line.pivot = None if stands else axis
-            what = f"{word.text}: in a tilted plane the angles are taken to reach its axis"
+            what = f"{word.text}: the angles are assumed to reach the axis of the tilted plane"
             translator.say("rotary in tilt", word, what, "I213")
             line.after.append(lambda s: setattr(s, "rotary", {**s.rotary, **angles}))
         line.drop("ABC")

@@ -323,7 +323,7 @@ class Flow:
         if wanted not in subs:
             self.load(wanted, item.index)
         if (start := subs.get(wanted)) is None:
-            what = f"no subprogram {wanted} is defined in this file or in one of its own"
+            what = f"no subprogram {wanted} is defined in this file or in a separate one"
             self.report(Problem("E412", item.lexed.label, what), item.index)
             return item.index + 1
         values = [evaluate(argument, self.memory) for argument in item.lexed.arguments]
@@ -382,7 +382,7 @@ class Flow:
         if label not in self.structure.numbers:
             what = "M98 without P"
             if number is not None:
-                what = f"no program O{number:g} in this file or in one of its own"
+                what = f"no program O{number:g} in this file or in a separate one"
             return Problem("E412", block.word("P") or word, what)
         if repeats is not None and (repeats < 0.0 or repeats != int(repeats)):
             return Problem("E336", block.word("L"), f"L{repeats:g} is not a whole number of calls")

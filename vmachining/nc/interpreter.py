@@ -53,7 +53,9 @@ def execute(
     return run.moves, run.warnings
 
 
-NO_PLACE: Final = "G53: where the part lies on the machine is not given: Z goes to home, X and Y are taken as those of the part"
+NO_PLACE: Final = (
+    "G53: the part has no position on the machine: Z goes to home, X and Y are taken as part coordinates"
+)
 
 
 class _Interpreter(Run):

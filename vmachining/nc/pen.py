@@ -179,7 +179,7 @@ class Pen(Placing):
         goal = {k: home[k] if shift is None else value - shift[k] for k, value in values.items()}
         slides = put(swung(axis, UP, self.frame.apply(self.tip or self.at)), goal)
         if shift is None and values:
-            text = f"{word}: the job does not say where the part lies on the machine: these axes go to home"
+            text = f"{word}: the job does not give the position of the part on the machine: these axes go to home"
             self.note("W366", text, word, once="machine")
         end = self.frame.invert(swung(UP, axis, slides))
         self._straight(end, set(values), rapid=rapid, rotary=None, vector=None)

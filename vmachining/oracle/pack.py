@@ -301,7 +301,7 @@ def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
     if tomllib.loads(copy) != wanted:
         what, remedy = (
             "the names of its input files cannot be shortened",
-            "put program and stock beside the job file",
+            "put program and stock next to the job file",
         )
         raise JobError(what, file=job.source, remedy=remedy)
     return {"job.toml": copy.encode(), **files}, told

@@ -234,8 +234,8 @@ def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
     ]  # fmt: skip
     for key, text in (
         ("consumed", "vectors inside of a sweep from end to end: more is gone than they measure"),
-        ("entered_from_behind", "times that a sweep came from behind a vector: its length was left"),
-        ("cut_beneath", "vectors that a cut crosses beneath their surface: no overcut of their own"),
+        ("entered_from_behind", "times that a sweep reached a vector from behind, which leaves its length"),
+        ("cut_beneath", "vectors that a cut crosses beneath their surface, which do not count as overcut"),
         ("part_outside_stock", "places where the design has no stock above it"),
     ):
         if told[key]:

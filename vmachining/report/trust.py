@@ -23,12 +23,12 @@ def known(result: RunResult) -> list[str]:
     rests = f"It rests on {result.stock.proof}."
     if result.stock.name == "mesh":
         chord = result.job.keys.accuracy.chord_mm
-        rests = f"It follows from facets that stay within the chord asked for, {chord:g} mm, of the exact swept surface."
+        rests = f"It follows from facets that stay within the requested chord, {chord:g} mm, of the exact swept surface."
     shown = "The file and the picture show the larger of the two: what is undecided stays on the part."
     if result.stock.name == "columns":
         rests = (
-            f"It rests on {result.stock.proof}; {100 * s['width']:.3g} % or {s['width_mm3']:g} mm³ of each block were asked "
-            f"for, {s['wider_blocks']} blocks are wider; the mesh engine cut {s['blocks_by_mesh']}."
+            f"It rests on {result.stock.proof}; {100 * s['width']:.3g} % or {s['width_mm3']:g} mm³ of each block were requested; "
+            f"{s['wider_blocks']} blocks are wider; the mesh engine cut {s['blocks_by_mesh']}."
         )
         shown = (
             "The file and the picture show places of the true surface, straight between them: heights on a grid or, once a tool "
@@ -39,9 +39,9 @@ def known(result: RunResult) -> list[str]:
     if counts["asked"]:
         won = ", ".join(f"{name} {count}" for name, count in counts["attempts"].items()) or "none"
         second.append(
-            f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
+            f"The B-rep engine checked {counts['asked']} blocks: {counts['agreed']} agreed, "
             f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused, {counts['disputed']} are "
-            "disputed (see their warnings). How far a value is from the truth at most is in removed_brep_error_mm3. "
+            "disputed (see their warnings). The largest possible error of a value is in removed_brep_error_mm3. "
             f"Blocks per attempt: {won}."
         )
     return [
@@ -74,7 +74,7 @@ def _sure(s: dict[str, Any]) -> str:
 def _files(s: dict[str, Any]) -> list[str]:
     """What the triangles of the written workpieces hold, against what is known of it."""
     return [
-        f"{name} holds {number(volume, 8)}\u00a0mm³, {difference(volume - s['final_mm3'], s['stock_mm3'])} beside the "
+        f"{name} holds {number(volume, 8)}\u00a0mm³, {difference(volume - s['final_mm3'], s['stock_mm3'])} from the "
         f"estimate of the finished stock, of which {difference(volume - s['stock_mesh_mm3'], s['stock_mm3'])} is the "
         "rounding of its coordinates: compare removed volumes with this page and not with that of the file."
         for name, volume in s.get("stock_files_mm3", {}).items()
@@ -86,12 +86,12 @@ def _judged(s: dict[str, Any], looked: int) -> list[str]:
     told = s.get("second_judge") or {}
     if not told.get("blocks"):
         return [
-            f"Exact rays judged {plural(looked, 'block')} beside the B-rep engine: columns removed_dexel_mm3, "
+            f"Exact rays judged {plural(looked, 'block')} in addition to the B-rep engine: columns removed_dexel_mm3, "
             "removed_dexel_lo_mm3 and removed_dexel_hi_mm3."
         ] if looked else []  # fmt: skip
     agrees = told["blocks"] - told["disputed_blocks"]
     return [
-        f"A second engine (exact rays) was asked about {plural(told['blocks'], 'block')} of those that cut; its interval "
+        f"A second engine (exact rays) checked {plural(told['blocks'], 'block')} of those that cut; its interval "
         f"and that of the table agree in {agrees} of them: columns removed_dexel_mm3, removed_dexel_lo_mm3 and "
         "removed_dexel_hi_mm3."
     ]

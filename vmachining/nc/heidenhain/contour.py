@@ -361,7 +361,7 @@ def _tangent_arc(start: Pair, t: Pair, end: Pair) -> tuple[Pair, bool] | None:
         raise PenError("E306", "CT ends where it starts", "CT")
     if abs(aside) <= 1e-9 * math.sqrt(square):
         if t[0] * dx + t[1] * dy < 0.0:
-            raise PenError("E305", "CT ends straight behind its start", "CT")
+            raise PenError("E305", "CT ends straight ahead of its start", "CT")
         return None
     radius = square / (2.0 * aside)
     return (start[0] - radius * t[1], start[1] + radius * t[0]), radius > 0.0

@@ -220,7 +220,7 @@ class Control(Definitions):
         elif code in REFUSED_M:
             raise PenError("E208", REFUSED_M[code], word.text)
         elif code != 145:
-            what = "" if code in NOTED_M else " (taken as one of the machine's builder)"
+            what = "" if code in NOTED_M else " (taken as a code of the machine builder)"
             if code == 103 and any(w.key == "M103 F" for w in given):
                 pen.note("W372", "M103 lowers the feed of plunging moves: they keep the full feed here",
                          word.text, once="M103")  # fmt: skip

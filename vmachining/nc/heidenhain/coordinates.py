@@ -93,7 +93,7 @@ class Planes:
             kept[place] = (kind, frame)
             if not _same(_joined(kept), _joined(last)):
                 raise PenError(
-                    "E367", f"{kind} is defined anew while a later {self.chain[-1][0]} is in force", "",
+                    "E367", f"{kind} is defined again while a later {self.chain[-1][0]} is in force", "",
                     f"cancel the {self.chain[-1][0]} before, and define it again",
                 )  # fmt: skip
         self.chain = last
@@ -278,7 +278,7 @@ class Coordinates(Flow):
                                "post it as PLANE SPATIAL")  # fmt: skip
             rows = axis_turn("AB".index(turned[0]), values[turned[0]]) if turned else EYE
             if turned:
-                self.pen.note("W374", f"PLANE AXIAL {turned[0]}: the axis is taken to turn about {'XY'['AB'.index(turned[0])]}",
+                self.pen.note("W374", f"PLANE AXIAL {turned[0]}: the axis is assumed to turn about {'XY'['AB'.index(turned[0])]}",
                               "PLANE AXIAL", once="axial")  # fmt: skip
         elif kind in ("RELATIV", "RELATIVE"):
             given = [k for k in ("SPA", "SPB", "SPC") if k in values]

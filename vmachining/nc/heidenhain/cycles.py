@@ -386,7 +386,7 @@ def _back(hole: _Hole) -> None:
     x, y = pen.at[0], pen.at[1]
     under, near, feed = hole.surface - plate - edge, hole.length("Q253"), hole.length("Q254")
     out = {0: x + dx * aside, 1: y + dy * aside}
-    pen.note("W373", "cycle 204: the bar stands still beside the hole while it passes, and is a turning tool here", "Q251",
+    pen.note("W373", "cycle 204: the bar passes next to the hole with the spindle stopped, simulated as if it turned", "Q251",
              once="204")  # fmt: skip
     for level, place in ((under - hole.clearance, {0: x, 1: y}), (hole.safe, {0: x, 1: y})):
         pen.go(out, rapid=True)

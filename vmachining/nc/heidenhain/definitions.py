@@ -190,7 +190,7 @@ class Definitions(Coordinates):
             self._lose_measured(number)
             word, once = f"CYCL DEF {number}", f"cycle {number}"
             if number in PLACING:
-                what = f"cycle {number} sets the zero or the turn of the part by probing: taken to be those in force"
+                what = f"cycle {number} sets the zero or the rotation of the part by probing: those in force are kept"
                 hint = "set up the part on the machine as the program expects it, or leave the cycle out"
                 self.pen.note("W368", what, word, once=once, hint=hint)
             else:

@@ -346,7 +346,7 @@ def _face(v: _Values) -> None:
     x, y, along, across = v["PA"], v["PO"], v["LENG"], v["WID"]
     if v.name == "CYCLE61" and (x or y):
         if not v.new:
-            raise PenError("E208", "CYCLE61 from another corner than zero: only AMODE says what its second is", v.name,
+            raise PenError("E208", "CYCLE61 from a corner other than zero: only AMODE tells what its second corner means", v.name,
                            "write all sixteen values")  # fmt: skip
         places = _digit(v.mode, 3), _digit(v.mode, 4)
         along, across = along - x * places[0], across - y * places[1]

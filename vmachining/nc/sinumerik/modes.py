@@ -131,7 +131,7 @@ class Modes(Turning):
                 pen.scale = 25.4 if code in (70.0, 700.0) else 1.0
                 self.feed_inch = pen.scale != 1.0
                 if code == 70.0:
-                    text = "G70 leaves feeds in the unit of the machine, which is taken to be inch"
+                    text = "G70 leaves feeds in the unit of the machine, which is assumed to be inch"
                     pen.note("W370", text, "G70", once="G70")
             elif code in (90.0, 91.0):
                 self.absolute = code == 90.0

@@ -61,7 +61,7 @@ class Places(Flow):
         lean = self.swivel.axis
         if pen.tcp and frame.axis != UP and lean == UP and any(pen.rotary.values()):
             lean = frame.axis
-            text = "the tool is taken to stand along Z of the turned frame: whether the axes bring it there is not looked at"
+            text = "the tool is assumed to point along Z of the turned frame: whether the axes reach that is not checked"
             pen.note("W369", text, once="frame")
         if pen.compensation is not None and frame != pen.frame:
             raise PenError("E359", "the coordinate system cannot change under cutter compensation")
@@ -268,7 +268,7 @@ class Turning(Places):
         per = 12.0 * 25.4 if self.pen.scale != 1.0 else 1000.0
         wanted = self.surface * per / (math.tau * abs(radius)) if radius else math.inf
         if self.limit is None and wanted > FASTEST_RPM:
-            what = f"G96 without a limit by LIMS: the spindle is taken to turn at {FASTEST_RPM:g} rev/min at most"
+            what = f"G96 without a limit by LIMS: the spindle is assumed to turn at {FASTEST_RPM:g} rev/min at most"
             self.pen.note("I213", what, "G96", once="G96 limit")
         self.speed = min(wanted, FASTEST_RPM if self.limit is None else self.limit)
         if self.pen.rpm:  # no flush: the segment that waits has its speed already
