@@ -115,6 +115,7 @@ class Course:
                 with self.spent.on("plan"):
                     planned = self._plan(self.job.keys.feed, given, stations, total)
             opinion = self._opinion(given, table, audit)
+        give_back()
         with self.spent.on("files"):
             estimates = settled(table, total)
             self._finish(self.rows, "blocks", stations.columns, estimates, planned.scheduled, opinion.rows)
