@@ -39,6 +39,10 @@ REFUSED = {
     r"\bsay it:": "name the setting",
     r"\b(is|are) believed\b": "is accepted",
     r"\bstands behind the\b|\btext behind the end\b": "after",
+    r"\bof (one's own|our own)\b(?! making)": "our own; separate",
+    r"\bbeside the (program|job file)\b": "next to",
+    r"\bput right\b": "corrected",
+    r"\b(T|Z|M6) beside|beside (T|Z|M6)\b": "with; in addition to",
 }
 
 

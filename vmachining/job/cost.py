@@ -55,7 +55,7 @@ APART_SAVES = 10.0
 """s between checkpoints of such a program: what is ended within a block loses little more than that block."""
 
 SAMPLE = 2000
-"""Motions that are looked at; the others are taken to be like them."""
+"""Motions that are examined; the others are assumed to be like them."""
 
 DAY = 86400.0
 

@@ -2,7 +2,7 @@
 
 1. The dialect is recognised; the program gives the unit, or what speaks for one, which is a guess then.
 2. Tools are those that cut; their shapes come from comments (`vmachining.nc.toolcomments`), from a library, from the
-   user, and where all those are silent from the one library that lies beside the program, as a guess. A diameter that
+   user, and where none of these names it from the one library next to the program, as a guess. A diameter that
    nobody gives is left open, and the run asks for it: an invented one would make numbers that look like results.
 3. The stock is a box around everything that feed motions sweep, with an allowance: a guess, and called one.
 4. Where axes turn, the machine is the first preset that has them: a guess as well.

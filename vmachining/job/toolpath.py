@@ -111,7 +111,7 @@ class Lines:
         self._ends = np.concatenate([[-1], ends[: len(lines)]])
 
     def __getitem__(self, number: int) -> str:
-        """Of a line, from 1 on; empty where there is none."""
+        """Text of a line, counted from 1; empty where the program has no such line."""
         if not 0 < number < len(self._ends):
             return ""
         begin, end = self._ends[number - 1 : number + 1].tolist()

@@ -401,7 +401,7 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
     if unmarked and any(item.severity == "E" for item in more):
         other, further = _reading(lines, replace(settings, dialect="fanuc"))
         wrong, left = (sum(item.severity == "E" for item in items) for items in (more, other.findings))
-        # a path that is read only because the tool's radius is taken to be in it already is not better than a question
+        # a path that is read only because the tool's radius is assumed to be in it already is not better than a question
         assumed = any(item.code == "W351" for item in other.findings)
         assumed = assumed and not any(item.code == "W380" for item in further)
         if (left == 0 and not assumed) or (left > 0 and wrong >= MANY and MANY * left <= wrong):

@@ -6,7 +6,7 @@
     G11 X Y Z P, G10 a shift and a turn by P, and their end     G71 Z        level that M53 returns to
     M52 M53 M54      return of cycles: upper end of Z, the level of G71, the clearance plane      G116 T   tool change
 
-User task: `VC1 = ..`, names of one's own, `X=..`, `IF [..] N10`, `GOTO N10`, `CALL O1 Q2`, `RTS` become the macros of Fanuc.
+User task: `VC1 = ..`, the program's own names, `X=..`, `IF [..] N10`, `GOTO N10`, `CALL O1 Q2`, `RTS` become the macros of Fanuc.
 Source: OSP-P programming manual and user task manual.
 """
 

@@ -189,7 +189,7 @@ class Settings:
     peck_clearance_mm : how far G73 lifts, and G83 stays away, from the last depth.
     taps : in G18 and G19, "reference": beside their holes, as the reference control feeds them; "axis": along it.
     dwell : unit of the P of G4 and of canned cycles (B in mts), "s" or "ms".
-    subroutines : folders with subprograms in separate files, NAME.ngc; `read_program` looks beside the program first.
+    subroutines : folders with subprograms in separate files, NAME.ngc; `read_program` looks next to the program first.
     start_line : restart there: everything before is executed for its modes, offsets and position, but makes no moves.
     max_steps : lines that loops and subprograms may repeat.
     control : what the parameters of a Fanuc-like control say; or its keys.

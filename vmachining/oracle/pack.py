@@ -292,7 +292,7 @@ def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
         take(path, ROLE[section], f"{key} = {name!r}", section, key)
         if path.name != name:
             rewrite(section, key, path.name, QUOTED)
-    # a subprogram is found by its name beside the program; an M98 and an O call may have read one file twice
+    # a subprogram is found by its name next to the program; an M98 and an O call may have read one file twice
     for path in map(Path, dict.fromkeys(read_job_program(job).files)):
         take(path, SUBPROGRAM, f"the subprogram {path.name!r}", "program", "file")
     if wanted["program"].get("subroutines"):

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Panel:
-    """svg : trusted markup of our own. head, rows : a table."""
+    """svg : our own trusted markup. head, rows : a table."""
 
     title: str
     svg: str = ""

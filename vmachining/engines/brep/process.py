@@ -1,4 +1,4 @@
-"""A process of our own that runs OCCT: it may crash or hang without harm.
+"""A separate process that runs OCCT: it may crash or hang without harm.
 
 Every worker is its own interpreter, asked over a connection. It ignores Ctrl-C and a polite end, which are for the
 process that drives it to decide about, and ends with it.
