@@ -12,8 +12,8 @@ Compilation is time that users wait for. numba compiles a function once more for
 caller writes out (`f(a, 2)` besides `f(a, k)`), and once more for arrays that are read-only; here written-out values are
 of their plain type, and callers hand over contiguous arrays that may be written to.
 
-The cache costs no correctness. numba asks only whether the file of a function changed; here what its file imports counts
-too. A cache that cannot be written, or that is damaged, is as good as none.
+The cache costs no correctness. numba asks only whether the file of a function changed; here what its file imports and this
+file count too. A cache that cannot be written, or that is damaged, is as good as none.
 """
 
 from __future__ import annotations
@@ -88,7 +88,9 @@ def _closing(optimize: Callable[[Any], None]) -> Callable[[Any], None]:
         if compiling.stack and getattr(compiling.stack[-1], "closed", False):
             for function in made._final_module.functions:
                 if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                    function.linkage = Linkage.internal
+                    function.linkage = (
+                        Linkage.private
+                    )  # without a symbol: another library calls its own under this name
         optimize(made)
 
     return closed
@@ -162,7 +164,7 @@ def imported(module: str) -> str:
     """Fingerprint of the sources of ours that a module imports, directly or not."""
     found: set[str] = set()
     todo = [module]
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(Path(__file__).read_bytes())  # how kernels are compiled
     while todo:
         name = todo.pop()
         if name in found or (text := _source(name)) is None:
