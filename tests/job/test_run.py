@@ -182,7 +182,7 @@ def test_one_tool_needs_no_t_word_and_two_do(tmp_path):
     rows, _ = one(tmp_path, program)
     assert rows[3]["removed_mm3"] == pytest.approx(SLOT_MM3) and rows[3]["tool"] == 1
     two = '[[tools]]\nnumber = 2\ntype = "flat"\ndiameter_mm = 2\nlength_mm = 9\n\n[stock]'
-    with pytest.raises(NCError, match="tool 0, which is not in the tool table"):
+    with pytest.raises(NCError, match="cuts before any tool is called"):
         one(tmp_path / "b", program, swap={"[stock]": two})
 
 

@@ -41,6 +41,9 @@ AHEAD_APART = 1
 AT_ONCE = (8, 1024)
 """Orders of an engine that is faster with many at once: fewest and most that wait for each other."""
 
+AT_ONCE_SHARE = 32
+"""Of one that answers many, but is made for few, no more than one order in 32 waits: short programs stop after any block."""
+
 AT_ONCE_SECONDS = 0.5
 
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -115,9 +118,8 @@ def executor(
 class InProcess:
     """This process alone, share by share.
 
-    Orders of a divided workpiece, or to an engine that is `Batched`, wait until there are enough of them, or until somebody
-    asks for an answer. How many are enough follows from how long the last ones took, so that Ctrl-C and checkpoints wait for
-    about `AT_ONCE_SECONDS` at most; numbers do not depend on it.
+    Orders wait until there are enough of them, or until somebody asks for an answer. How many are enough follows from how long
+    the last ones took, so that Ctrl-C and checkpoints wait for about `AT_ONCE_SECONDS` at most; numbers do not depend on it.
 
     Parameters
     ----------
@@ -128,7 +130,7 @@ class InProcess:
         self.engine, self.chord = engine.name, engine.chord
         self._whole, self._engines = engine, [engine]
         self._known_whole: Engine | None = None  # as it was joined, while nothing is cut after that
-        self.ahead = AT_ONCE[0] if shares > 1 or entry_of(engine.name).batched else 0
+        self.ahead = self._fewest = AT_ONCE[0] if shares > 1 or entry_of(engine.name).batched else 0
         self._waiting: list[Request] = []
         self._given = 0
         self._answers: dict[int, Removal] = {}
@@ -166,10 +168,12 @@ class InProcess:
         for parts in told_by(self._engines, waiting):
             self._answers[self._given] = self._summed(parts)
             self._given += 1
-        if self.ahead:
-            seconds = (time.perf_counter() - begin) / len(waiting)
-            fewest, most = AT_ONCE
-            self.ahead = int(min(max(AT_ONCE_SECONDS / max(seconds, 1e-9), fewest), most, 2 * self.ahead))
+        seconds = (time.perf_counter() - begin) / len(waiting)
+        most = AT_ONCE[1]
+        if not self._fewest:
+            most = min(self._given // AT_ONCE_SHARE, most) if hasattr(self._whole, "answer") else 0
+        soon = max(AT_ONCE_SECONDS / max(seconds, 1e-9), self._fewest)
+        self.ahead = int(min(soon, most, 2 * self.ahead + 1))
 
     def _summed(self, parts: list[Removal]) -> Removal:
         return parts[0] if len(parts) == 1 else cast("Divisible", self._whole).summed(parts)

@@ -36,15 +36,19 @@ def ball_edge(ax, ay, bx, by, R):
     sign, p = (1.0, p) if p > 0.0 else (-1.0, -p)
     if p == 0.0:
         return 0.0, 0.0
-    around = _turn(p, t, p, u, 1.0)
     if p >= R:
+        around = _turn(p, t, p, u, 1.0)
         return sign * R * R * R / 3.0 * around, sign * 0.5 * R * R * around
     half = np.sqrt(R * R - p * p)
     v, w = np.sqrt(max(half * half - t * t, 0.0)), np.sqrt(max(half * half - u * u, 0.0))
+    # angle between (p v, R t) and (p w, R u) less that between (p, t) and (p, u), t < u: between -pi and pi
+    x, y = p * p * v * w + R * R * t * u, R * p * (v * u - w * t)
+    along, across = p * p + t * u, p * (u - t)
+    excess = np.arctan2(y * along - x * across, x * along + y * across)
     volume = (
         p * (u * w - t * v) / 6.0
         + p * (3.0 * R * R - p * p) / 6.0 * _turn(v, t, w, u, 1.0)
-        - R * R * R / 3.0 * (_turn(p * v, R * t, p * w, R * u, 1.0) - around)
+        - R * R * R / 3.0 * excess
     )
     c, d = min(max(t, -half), half), min(max(u, -half), half)
     area = 0.5 * p * (d - c)
@@ -56,17 +60,10 @@ def ball_edge(ax, ay, bx, by, R):
 
 
 @leaf
-def _under_circle(R, x):
-    """Integral of sqrt(R^2 - x^2) from 0 to x, |x| <= R; rounding of the root cancels in both terms, also at the rim."""
-    S = np.sqrt(max(R * R - x * x, 0.0))
-    return 0.5 * (x * S + R * R * np.arctan2(x, S))
-
-
-@leaf
 def strip_edge(xa, ya, xb, yb, R):
     """(integral of S, area, integral of xi, what the first may be off) of an edge in the strip |eta| <= R.
 
-    Green: the integral of xi g(eta) d eta along the edge.
+    Green: the integral of xi S d eta along the edge. Rounding of the roots v, w cancels in both terms of g, also at the rim.
     """
     if ya == yb or (ya >= R and yb >= R) or (ya <= -R and yb <= -R):
         return 0.0, 0.0, 0.0, 0.0
@@ -75,8 +72,8 @@ def strip_edge(xa, ya, xb, yb, R):
     xc, xd = xa + slope * (c - ya), xb + slope * (d - yb)
     dy = d - c
     area, first = 0.5 * (xc + xd) * dy, (xc * xc + xc * xd + xd * xd) * dy / 6.0
-    g = _under_circle(R, d) - _under_circle(R, c)
     v, w = np.sqrt(max(R * R - c * c, 0.0)), np.sqrt(max(R * R - d * d, 0.0))
+    g = 0.5 * (d * w - c * v + R * R * _turn(v, c, w, d, dy))  # integral of S over eta
     if abs(yb - ya) > FLAT * abs(xb - xa):
         volume = (xc - slope * c) * g + slope * (v * v * v - w * w * w) / 3.0
         return volume, area, first, ULPS * R * R * (abs(xc) + abs(slope) * R)
@@ -103,7 +100,8 @@ def curve(R, bulge, w, o, y0, y1):
     y0, y1 = min(max(y0, -R), R), min(max(y1, -R), R)
     s0, s1 = y0 / R, y1 / R
     k0, k1 = np.sqrt(R * R - y0 * y0) / R, np.sqrt(R * R - y1 * y1) / R
-    turn, rise = np.arctan2(s1, k1) - np.arctan2(s0, k0), s1 - s0
+    rise = s1 - s0
+    turn = _turn(k0, s0, k1, s1, rise)
     half, cube = 0.5 * (turn + s1 * k1 - s0 * k0), rise - (s1 * s1 * s1 - s0 * s0 * s0) / 3.0
     if s0 * s1 < 0.0:  # not from rim to rim at once
         excess = _excess(bulge, w, s0, k0, 0.0, 1.0) + _excess(bulge, w, 0.0, 1.0, s1, k1)

@@ -92,7 +92,7 @@ def lean(head, part, c, m, eta):
         if part[c, i, 0] == LINE:
             return eta * m / np.sqrt(p * p - m * m)
         # sigma = q / sqrt(1 + p^2), p^2 = q^2 + m^2: eta = sigma (r + a w / sqrt(m^2 + sigma^2)) grows and is concave on
-        # [0, 1]: Newton from the left; near 1 by tau = 1 - sigma, of which eta(1) - eta is known to all digits
+        # [0, 1]: Halley from the left; near 1 by tau = 1 - sigma, of which eta(1) - eta is known to all digits
         a, r = part[c, i, 5], part[c, i, 7]
         w2 = 1.0 + m * m
         w = np.sqrt(w2)
@@ -100,9 +100,11 @@ def lean(head, part, c, m, eta):
         for _ in range(40):
             square = m * m + sigma * sigma
             S = np.sqrt(square)
-            step = (eta - sigma * (r + a * w / S)) / (r + a * w * m * m / (square * S))
-            sigma = min(sigma + step, 1.0)
-            if step <= 1e-5 * sigma:  # the step below is another one
+            bend = a * w * m * m / (square * S)
+            step = (eta - sigma * (r + a * w / S)) / (r + bend)
+            step /= max(1.0 - 1.5 * step * sigma * bend / (square * (r + bend)), 0.5)
+            sigma = min(max(sigma + step, 0.0), 1.0)
+            if abs(step) <= 1e-3 * sigma:  # its cube is left, and the step below is another one
                 break
         square = m * m + sigma * sigma
         S, tau = np.sqrt(square), 1.0 - sigma
