@@ -56,6 +56,11 @@ def inner(function: F) -> F:
     return cast(F, _compiled(function, _nrt=False, forceinline=True))
 
 
+def within(function: F) -> F:
+    """A `leaf` that is compiled with its caller and not by itself: for long ones with one caller, that make long calls."""
+    return cast(F, _compiled(function, _nrt=False, inline="always"))
+
+
 class _Compiling(event.Listener):
     """Passes the first compilation on, see `notice.compiling`; knows which function is compiled now, and for which others."""
 

@@ -113,3 +113,69 @@ def test_the_side_of_a_row_peaks_where_its_closed_form_does():
     # across the feed: from the end of the groove's cusp to the surface's rim at the other side
     rim = radius * np.cos(top)
     assert seen[2] == pytest.approx(rim + p / 2, abs=2e-3)
+
+
+@pytest.mark.parametrize("lean", [-50.0, -49.0, -48.0, -47.0])
+@pytest.mark.parametrize("round_", [True, False], ids=["ball", "flat"])
+def test_a_gap_narrower_than_a_cell_is_found(round_, lean):
+    """A groove across the feed takes 1.8 degrees out of an edge, half a cell, and another one begins a cell before it, so that
+    margins at nodes do not fall towards the first.
+
+    In the plane of the feed the edge is a circle. A ball r whose centre is A away leaves a gap where cos(theta) exceeds
+    (R^2 + A^2 - r^2) / (2 R A); a slot one from where the edge comes above its floor to where it passes its wall. To both sides
+    grooves take more and cos(psi) falls, so the largest chip is R V times the sum of sin(end) - sin(begin).
+    """
+    big, small, deep, half = 8.0, 3.0, 4.0, 0.9
+    sin, cos = (lambda degrees: np.sin(np.radians(degrees))), (lambda degrees: np.cos(np.radians(degrees)))
+    slot = FlatEnd(diameter=2 * small, length=40)
+
+    def across(tool, x, z):
+        return tool, Line([30 + x, -10, big - deep + z], [30 + x, 50, big - deep + z])
+
+    grooves = [across(slot, big * cos(lean - 5) - small, big * sin(lean - 20))]
+    if round_:
+        apart = big * cos(half) - np.sqrt(
+            small**2 - (big * sin(half)) ** 2
+        )  # A^2 - 2 R A cos(theta) + R^2 - r^2 = 0
+        grooves += [
+            across(BallNose(diameter=2 * small, length=40), apart * cos(lean), apart * sin(lean) - small)
+        ]
+    else:
+        grooves += [across(slot, big * cos(lean + half) - small, big * sin(lean - half))]
+    sweeps, edge = Sweeps(PLATE), Edge(BALL, bottom=True)
+    for tool, path in [*grooves, (BALL, Line([10, 20, -deep], [50, 20, -deep]))]:
+        sweeps.add(tool.cutter, path)
+    seen = contact_along(sweeps, [(2, np.array([0.5]))], [edge]).columns[0]
+    ends = [-90.0, lean - 20, lean - 5, lean - half, lean + half, np.degrees(np.arcsin(deep / big - 1.0))]
+    area = 40.0 * big * (np.diff(sin(np.array(ends)))[::2]).sum()
+    assert seen[0] == pytest.approx(area, rel=1e-4)
+
+
+BULL = BullNose(diameter=12, corner_radius=3, length=50)
+WAYS = {
+    "on": (5, 0, 0),
+    "up": (5, 0, 2),
+    "down": (5, 0, -2),
+    "aside": (3, 2, 0.2),
+    "away": (-1, 4, 0),
+    "back": (-4, -1, 0),
+}
+
+
+@pytest.mark.parametrize("height", [-3.0, -4.0, -5.0])
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("tool", [BALL, BULL], ids=["ball", "bull"])
+def test_a_block_begins_with_what_the_one_before_it_left(tool, way, height):
+    """Asked by itself, the first place of a block knows nothing of the last one of the block before."""
+    corner = np.array([30, 14, height])
+    rows = [Line([5, y, -3], [55, y, -3.5]) for y in (8, 11)]
+    paths = [*rows, Line([20, 14, -4], corner), Line(corner, corner + WAYS[way])]
+    seen = []
+    for asked in ([(2, [1.0]), (3, [0.0])], [(3, [0.0])]):
+        sweeps, edge = Sweeps(PLATE), Edge(tool, bottom=True)
+        for path in paths:
+            sweeps.add(tool.cutter, path)
+        seen.append(
+            contact_along(sweeps, [(k, np.array(at)) for k, at in asked], [edge] * len(asked)).columns[-1]
+        )
+    np.testing.assert_allclose(seen[0], seen[1], rtol=2e-3, atol=2e-3)

@@ -21,13 +21,14 @@ TOOLS = (
 
 
 @kernel
-def stretch(tiles, shape, piece, now, e_x, e_y, a, b):
-    return standing(tiles, shape, piece, now, e_x, e_y, a, b)
+def stretch(tiles, tile, shape, piece, now, e_x, e_y, a, b):
+    return standing(tiles, tile, shape, piece, now, e_x, e_y, a, b)
 
 
 @pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: type(tool).__name__)
 def test_no_material_of_a_tile_lies_outside_the_stretch(tool):
-    """Every place of 2,000 along the edge that stands below the top of its tile is in it, for 60 random plates and angles."""
+    """Every place of 2,000 along the edge that stands below the top of its tile is in it, and tiles of places in it are listed,
+    for 60 random plates and angles."""
     rng, shape = np.random.default_rng(7), blade(Edge(tool, bottom=True))
     shorter = 0
     for _ in range(60):
@@ -45,7 +46,8 @@ def test_no_material_of_a_tile_lies_outside_the_stretch(tool):
                 continue
             begin, end = shape.joints[piece], shape.joints[piece + 1]
             a, b = np.sort(rng.uniform(begin, end, 2))
-            low, high, most = stretch(tiles, shape, piece, now, e_x, e_y, a, b)
+            tile = np.empty(100, dtype=np.int64)
+            low, high, most, count = stretch(tiles, tile, shape, piece, now, e_x, e_y, a, b)
             s = np.linspace(a, b, 2000)
             if row[6] > 0.0:
                 beta = row[7] + (s - begin) / row[6]
@@ -57,6 +59,8 @@ def test_no_material_of_a_tile_lies_outside_the_stretch(tool):
                 np.clip(np.floor((now[k] + r * e) / 1.25).astype(int), 0, 11)
                 for k, e in enumerate((e_x, e_y))
             )
+            if count >= 0:
+                assert np.isin((12 * i + j)[(s > low + 1e-9) & (s < high - 1e-9)], tile[:count]).all()
             over = top[i, j] - now[2] - z
             inside = s[over > 1e-9]
             assert (inside >= low - 1e-9).all() and (inside <= high + 1e-9).all()

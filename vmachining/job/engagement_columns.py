@@ -317,15 +317,23 @@ class _Pass:
             self._stations(every.path[k], tool, step[o : o + 1])
             for k, tool, o in zip(motions, tools, owner.tolist(), strict=True)
         ]
+        # a block begins with what the end of the one before it saw, asked or not
+        keep = self.forcing is not None or self.watch is not None
+        ends = [] if keep else np.setdiff1d(asked - 1, asked).tolist()
+        questions = [
+            *zip(motions, at, strict=True),
+            *((k, np.ones(1)) for k in ends if k >= every.first[first]),
+        ]
+        questions.sort(key=lambda one: one[0])
         seen = contact_along(
-            sweeps, list(zip(motions, at, strict=True)), [self.teeth[tool].edge for tool in tools],
-            keep=self.forcing is not None or self.watch is not None,
+            sweeps, questions, [self.teeth[int(every.tool[k])].edge for k, _ in questions], keep=keep
         )  # fmt: skip
+        columns = seen.columns[np.isin(seen.motion, asked)]
         lengths = np.array([len(t) for t in at], dtype=np.int64)
         begin = np.cumsum(lengths) - lengths
         scale, per_feed = every.scale[asked], every.per_feed[asked]
         rows = np.full((len(asked), len(CONTACT)), np.nan)
-        area, thick, ae, ap, fraction, planned = np.fmax.reduceat(seen.columns, begin).T
+        area, thick, ae, ap, fraction, planned = np.fmax.reduceat(columns, begin).T
         # a chip of 1e-7 mm has no width that means something
         ae, ap = (np.where(depth < TOUCH_MM, 0.0, depth) for depth in (ae, ap))
         rows[:, [0, 1, 2, 3, 4, 7]] = np.column_stack(
@@ -335,12 +343,12 @@ class _Pass:
         out = _Chunk(
             np.full((len(numbers), len(CONTACT)), np.nan), np.ones(len(numbers), dtype=np.bool_), step,
             every.block[asked][station],
-            seen.columns[:, 0] * per_feed[station], np.zeros(len(station), dtype=np.int64), np.empty((0, 3)),
+            columns[:, 0] * per_feed[station], np.zeros(len(station), dtype=np.int64), np.empty((0, 3)),
             [None] * len(numbers), self._missing(asked),
         )  # fmt: skip
         # blocks of several motions keep their feed, and a scheduler needs nothing of them
         single = every.single[out.block]
-        if self.forcing is not None or self.watch is not None:
+        if keep:
             self._loads(out, asked, owner, range(first, numbers.stop), rows, seen, begin, single)
         else:
             out.known[owner] = False

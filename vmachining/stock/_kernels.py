@@ -45,6 +45,7 @@ def nearest_on(p, a, b, c):
 
 
 LEAF = 8
+LANES = 8  # numbers that a processor takes at once
 
 
 @leaf
@@ -64,21 +65,52 @@ def distance(p, x, y, z):
 
 
 @leaf
+def among(p, a, b, c, normals, place, known):
+    """`known` or, where one of the triangles of leaf `place` is nearer: (distance, triangle, nearest x, y, z, feature)."""
+    best, triangle, x, y, z, feature = known
+    start = place * LEAF
+    for j in range(start, min(start + LEAF, len(a))):
+        n, q = normals[j, 0], a[j]
+        if abs((p[0] - q[0]) * n[0] + (p[1] - q[1]) * n[1] + (p[2] - q[2]) * n[2]) >= best:
+            continue  # its plane is no nearer
+        u, v, w, what = nearest_on(p, a[j], b[j], c[j])
+        d = distance(p, u, v, w)
+        if d < best:
+            best, triangle, feature = d, j, what
+            x, y, z = u, v, w
+    return best, triangle, x, y, z, feature
+
+
+@leaf
+def to_first(p, a, b, c, first, reach):
+    """`known` of `among`, of one triangle, no farther than `reach`."""
+    x, y, z, feature = nearest_on(p, a[first], b[first], c[first])
+    return min(distance(p, x, y, z), reach), first, x, y, z, feature
+
+
+@leaf
+def signed(p, normals, known):
+    """The distance that `among` found, negative inside."""
+    best, triangle, x, y, z, feature = known
+    n = normals[triangle, feature]
+    side = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2]
+    return best if side >= 0.0 else -best
+
+
+@leaf
 def mesh_distance(p, a, b, c, normals, boxes, stack, square, first, reach):
     """Signed distance of a point, negative inside, and the triangle that is nearest; `first` is looked at first.
 
     reach, first : where no triangle is nearer than `reach`. stack, square (128,): work space.
     """
     leaves = (len(boxes) + 1) // 2
-    triangle = first
-    x, y, z, feature = nearest_on(p, a[triangle], b[triangle], c[triangle])
-    best = min(distance(p, x, y, z), reach)
+    known = to_first(p, a, b, c, first, reach)
     stack[0], square[0] = 0, box_square(p, boxes[0])
     top = 1
     while top > 0:
         top -= 1
         node = stack[top]
-        if square[top] > best * best:
+        if square[top] > known[0] * known[0]:
             continue
         if node < leaves - 1:
             near, far = 2 * node + 1, 2 * node + 2
@@ -89,21 +121,59 @@ def mesh_distance(p, a, b, c, normals, boxes, stack, square, first, reach):
             stack[top + 1], square[top + 1] = near, to_near
             top += 2
             continue
-        start = (node - leaves + 1) * LEAF
-        for j in range(start, min(start + LEAF, len(a))):
-            n, q = normals[j, 0], a[j]
-            if abs((p[0] - q[0]) * n[0] + (p[1] - q[1]) * n[1] + (p[2] - q[2]) * n[2]) >= best:
-                continue  # its plane is no nearer
-            u, v, w, what = nearest_on(p, a[j], b[j], c[j])
-            d = distance(p, u, v, w)
-            if d < best:
-                best, triangle, feature = d, j, what
-                x, y, z = u, v, w
-    if best >= reach:
+        known = among(p, a, b, c, normals, node - leaves + 1, known)
+    if known[0] >= reach:
         return reach, first
-    n = normals[triangle, feature]
-    side = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2]
-    return (best if side >= 0.0 else -best), triangle
+    return signed(p, normals, known), known[1]
+
+
+@leaf
+def leaves_near(boxes, region, reach, stack, out, place):
+    """Leaves of the tree within `reach` of a box, all of `place` at most; how many, -1 if more.
+
+    out (6, n) : their boxes, a column each, with empty ones up to a multiple of `LANES`; place (n,) : number of the leaf.
+    """
+    leaves, most = (len(boxes) + 1) // 2, len(place)
+    stack[0], top, n = 0, 1, 0
+    while top > 0:
+        top -= 1
+        node, meets = stack[top], True
+        for k in range(3):
+            meets &= boxes[node, k] <= region[3 + k] + reach and boxes[node, 3 + k] >= region[k] - reach
+        if not meets:
+            continue
+        if node < leaves - 1:
+            stack[top], stack[top + 1] = 2 * node + 1, 2 * node + 2
+            top += 2
+            continue
+        if n == most:
+            return -1
+        place[n] = node - leaves + 1
+        for k in range(6):
+            out[k, n] = boxes[node, k]
+        n += 1
+    for i in range(n, min(-(-n // LANES) * LANES, most)):
+        for k in range(6):
+            out[k, i] = np.inf
+    return n
+
+
+@leaf
+def listed_distance(p, a, b, c, normals, near, place, count, square, first, reach):
+    """As `mesh_distance`, among the leaves that `leaves_near` found."""
+    known = to_first(p, a, b, c, first, reach)
+    x, y, z = p[0], p[1], p[2]
+    for i in range(-(-count // LANES) * LANES):
+        u = max(max(near[0, i] - x, x - near[3, i]), 0.0)
+        v = max(max(near[1, i] - y, y - near[4, i]), 0.0)
+        w = max(max(near[2, i] - z, z - near[5, i]), 0.0)
+        square[i] = u * u + v * v + w * w
+    for i in range(count):
+        if square[i] <= known[0] * known[0]:
+            known = among(p, a, b, c, normals, place[i], known)
+    if known[0] >= reach:
+        return reach, first
+    return signed(p, normals, known), known[1]
 
 
 @kernel

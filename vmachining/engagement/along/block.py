@@ -255,6 +255,14 @@ def _box(size: Floats, nows: Floats) -> Floats:
     return np.concatenate([np.minimum(a, b) - side, np.maximum(a, b) + side], axis=1)
 
 
+def _turn(parts: int) -> Turn:
+    """Room for the angles of a station, with so many parts of the edge each."""
+    return Turn(
+        np.empty(ROOM), np.empty(ROOM, np.int64), np.empty((ROOM, VALUES)), np.empty((ROOM, parts, 3)),
+        np.empty(ROOM, np.int64), np.empty(VALUES), np.zeros(3, np.int64), np.empty(1),
+    )  # fmt: skip
+
+
 class _Walk:
     """Tiles and space of one question."""
 
@@ -274,17 +282,14 @@ class _Walk:
             np.full(shape, sweeps.bounds[1, 2]), low[:2].copy(), size, np.array([0, -1]),
             stamp,
         )  # fmt: skip
-        self.clock, self.mark = np.split(sweeps.clock, [3])  # views
+        self.clock, self.mark = np.split(sweeps.clock, [4])  # views
         self.mark[1] = begin
         self.tile_row = np.empty(8)
         self.room = Room(
             np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros(5), np.zeros(128, np.int64),
-            np.zeros(128), np.zeros(2, np.int64),
+            np.zeros(128), np.zeros(3, np.int64), np.empty(6), np.empty((6, 128)), np.zeros(128, np.int64),
         )  # fmt: skip
-        self.turn = Turn(
-            np.empty(ROOM), np.empty(ROOM, np.int64), np.empty((ROOM, VALUES)), np.empty((ROOM, PARTS, 3)),
-            np.empty(ROOM, np.int64), np.empty(VALUES),
-        )  # fmt: skip
+        self.turn, self.past = (_turn(PARTS) for _ in range(2))
         self.list = LIST
         done = 0
         while (done := replay(self.tiles, self.rows, earlier, done, self.tile_row)) < len(earlier):
@@ -308,22 +313,24 @@ class _Walk:
         first, cutter = run.start, self.sweeps.motion(int(stops.station[run.start, 0]))[0]
         tool, world = self.sweeps.tool_of(cutter), self.sweeps.world
         shape = blade(edge)
+        tile = np.empty(8 + int(4.0 * shape.joints[-1] / self.tiles.size), np.int64)
         while True:
             work = Work._make((
                 *np.empty((8, NODES)), np.empty((self.list + 1, NODES)), np.empty(self.list, np.int64), np.empty(self.list + 1),
                 *np.empty((3, self.list), np.int64), np.empty(self.turn.part.shape[1:]), self.slot, self.seen, self.clock,
+                tile,
             ))  # fmt: skip
             scene = Scene(self.rows, self.tiles, world, shape, work, self.room)
             mine = stops._replace(station=stops.station[: run.stop])
             first = walk(
-                scene, self.turn, mine, kept, first, tool, cutter.max_radius, self.mark, self.tile_row
-            )
+                scene, self.turn, self.past, mine, kept, first, tool, cutter.max_radius, self.mark, self.tile_row
+            )  # fmt: skip
             if first >= run.stop:
                 return kept
             # one of the tables is full, none of them small: all of them grow
             self._more_nodes()
             self.list *= 2
-            self.turn = self.turn._replace(part=np.empty((ROOM, 2 * self.turn.part.shape[1], 3)))
+            self.turn, self.past = (_turn(2 * self.turn.part.shape[1]) for _ in range(2))
             kept = kept._replace(
                 angle=np.concatenate([kept.angle, np.empty(len(kept.angle))]),
                 span=np.concatenate([kept.span, np.empty_like(kept.span)]),

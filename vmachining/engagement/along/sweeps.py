@@ -129,7 +129,7 @@ class Sweeps:
         self._cuts, self._cutter = _Rows(3, kind=np.int64), _Rows(kind=np.int64)
         self._paths: dict[int, Motion] = {}  # but for lines, whose rows say them
         self._spare, self._hulls = 1, (0, np.zeros((0, 6)))
-        self.clock, self._marks = np.zeros(5, dtype=np.int64), np.zeros((3, 0), dtype=np.int64)
+        self.clock, self._marks = np.zeros(6, dtype=np.int64), np.zeros((3, 0), dtype=np.int64)
 
     def __len__(self) -> int:
         return self._cuts.count
@@ -225,7 +225,7 @@ class Sweeps:
         return Rows(*(table.spare(self._spare) for table in self._rows))
 
     def marks(self) -> Ints:
-        """(3, n) stamp, slot and stretch that saw it last, of every row of `rows`; `clock` (5,) counts stations and stretches
+        """(3, n) stamp, slot and stretch that saw it last, of every row of `rows`; `clock` (6,) counts stations and stretches
         on, so that nothing is cleared between two questions: of a million rows that takes milliseconds."""
         missing = self._rows[0].count + self._spare - self._marks.shape[1]
         if missing > 0:

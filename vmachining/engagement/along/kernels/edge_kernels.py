@@ -34,6 +34,7 @@ from vmachining.engagement.along.kernels.stretch_kernels import (
     below,
     facing,
     following,
+    looked,
     spaced,
     standing,
     under,
@@ -52,6 +53,7 @@ SECANTS = 40
 END_MM = 1e-6  # of a part
 STRAIGHT_MM = 1e-4  # this near to the end of a part margins are straight
 ON_MM = 1e-6  # from a surface that a node lies on
+SURE = 0.1  # of how far distances bend in a cell, how well a parabola knows where they turn
 CURVED = 0.02  # of a cell, how far distances to sweeps are from linear there
 AWAY_MM = 0.02  # of material from an edge that is not looked at
 
@@ -106,6 +108,13 @@ def root(scene, now, count, piece, way, a, b, f, g):
             break
         t = next_share(a, b, c, f, g, e, 0.5 * END_MM / abs(b - a))
     return a + (b - a) * f / (f - g)
+
+
+@leaf
+def cleared(out):
+    """Values of an angle that cuts nothing."""
+    out[AREA], out[THICK], out[DEPTH] = 0.0, 0.0, -DEEP
+    out[2], out[3], out[4], out[5] = -FAR, -FAR, -FAR, -FAR
 
 
 @leaf
@@ -174,11 +183,11 @@ def keep_near(scene, now, count, piece, a, b, way):
                 continue
             if rows.kind[k] == POSES:
                 low = midway(rows.num[k], x, y, w) - rows.num[k, 34]
-            if low < -half:
+            if low < -half and rows.kind[k] > CIRCLE:
                 low = gap_of(scene, c, at, half + TAU, half + TAU)
             if low > half:
                 continue
-            if low < -half:
+            if -FAR < low < -half:
                 work.m[0] = low
                 return -1
         work.keep[n], work.low[n] = c, low - half + a  # at a; from there on it falls by no more than the way
@@ -281,11 +290,34 @@ def lower_tip(scene, c, i, way, now, n):
 
 
 @leaf
-def hidden(work, i, cells, step):
+def turning(row, i, cells, step, sharp):
+    """Share of a cell where the distance to a sweep turns, and the distance there; 0 if nowhere.
+
+    By the parabola through the nodes or, with a corner, where the lines through those on either side meet.
+    """
+    a, b, bend, n = row[i], row[i + 1], 0.0, 0
+    left = a - row[i - 1] if i > 0 else -step
+    right = row[i + 2] - b if i + 2 <= cells else step
+    if sharp:
+        u = (b - right - a) / (left - right)
+        return (u, a + left * u) if 0.0 < u < 1.0 else (0.0, a)
+    if i > 0:
+        bend, n = b - a - left, 1
+    if i + 2 <= cells:
+        bend, n = bend + right - b + a, n + 1
+    bend /= n
+    u = 0.5 - (b - a) / bend
+    return (u, a + (b - a) * u - 0.5 * bend * u * (1.0 - u)) if 0.0 < u < 1.0 else (0.0, a)
+
+
+@leaf
+def hidden(work, i, cells, step, kept, bulge, sharp):
     """Where in a cell something may hide that both ends do not show, 0 if nothing may, and the largest margin there, or -DEEP.
 
-    Where neither end cuts, and each for another sweep: where the distances to both are the same. Elsewhere where margins meet
-    that continue as they do in the cells beside.
+    Where neither end cuts, and each for another sweep: where the distances to both are the same. Where both ends cut, but a sweep
+    is so near that it may cover what lies between (or both lie in one that may leave it): where its distance turns. Elsewhere
+    where margins meet that continue as they do in the cells beside. bulge : how far a smooth distance may lie from its chord in
+    a cell. sharp : whether some are not smooth.
     """
     m, s, who, gaps = work.m, work.s[i], work.who, work.gaps
     f, g = m[i], m[i + 1]
@@ -297,6 +329,21 @@ def hidden(work, i, cells, step):
             u = (b - f) / (a - f + b - g)
             most = f + (a - f) * u
             return (s + u * step, -DEEP) if most > -CURVED * step else (0.0, most)
+    elif f <= -TAU and max(f, g) > -bulge:
+        u, d = turning(gaps[int(who[i])], i, cells, step, False)
+        if u > 0.0 and d > -SURE * bulge:
+            return s + u * step, -DEEP
+    elif f > -TAU and (f + g < step if sharp else min(f, g) < bulge):
+        share, least = 0.0, SURE * bulge
+        for k in range(kept):
+            a, b = gaps[k, i], gaps[k, i + 1]
+            for corner in range(2):
+                if (min(a, b) < bulge) if corner == 0 else (sharp and a + b < step):
+                    u, d = turning(gaps[k], i, cells, step, corner == 1)
+                    if u > 0.0 and d < least:
+                        share, least = u, d
+        if share > 0.0:
+            return s + share * step, -DEEP
     if 0 < i < cells - 1:
         left, right = f - m[i - 1], m[i + 2] - g
         u = (g - right - f) / (left - right)
@@ -314,8 +361,7 @@ def at_angle(scene, now, count, top, phi, aside, out):
     rows, world, blade, work, room = scene.rows, scene.world, scene.blade, scene.work, scene.room
     way = turned(now, phi, aside)
     e_x, e_y, e_z = way[0], way[1], way[2]
-    out[AREA], out[THICK], out[DEPTH] = 0.0, 0.0, -DEEP
-    out[2], out[3], out[4], out[5] = -FAR, -FAR, -FAR, -FAR
+    cleared(out)
     x, y, z, m, who = work.x, work.y, work.z, work.m, work.who
     parts, upright = 0, now[5] == 1.0 and now[21] == 0.0
     for piece in range(len(blade.rows)):
@@ -327,14 +373,19 @@ def at_angle(scene, now, count, top, phi, aside, out):
         if b - a <= TOUCH_MM:
             continue
         work.clock[0] += 1
+        looks = -1
         if upright:
-            low, high, lack = standing(scene.tiles, blade, piece, now, e_x, e_y, a, b)
+            low, high, lack, looks = standing(scene.tiles, work.tile, blade, piece, now, e_x, e_y, a, b)
             if high - low > TOUCH_MM:
                 a, b = low, high
             elif lack < -AWAY_MM:  # nearer than that ends of arcs are interpolated, and need true margins
                 out[DEPTH] = max(out[DEPTH], lack)
                 continue
-        kept = under(scene.tiles, work, blade, piece, now, e_x, e_y, a, b)
+            else:
+                looks = -1
+        if looks < 0:
+            looks = looked(scene.tiles, work, blade, piece, now, e_x, e_y, a, b)
+        kept = under(scene.tiles, work, looks)
         for c in range(work.clock[1], count):
             work.keep[kept] = c
             kept += 1
@@ -343,7 +394,7 @@ def at_angle(scene, now, count, top, phi, aside, out):
             out[DEPTH] = max(out[DEPTH], m[0])
             continue
         unknown, guided, tol = False, room.last[1] > 0, TAU
-        for i in range(kept):
+        for i in range(0 if work.clock[3] > 0 else kept):
             k = work.near[work.keep[i]]
             unknown |= rows.kind[k] == EXACT
             guided |= rows.kind[k] == POSES
@@ -376,13 +427,18 @@ def at_angle(scene, now, count, top, phi, aside, out):
             who[i], j = kept, min(i, cells)
             x[i], y[i], z[i], work.n_r[i], work.n_z[i] = x[j], y[j], z[j], work.n_r[j], work.n_z[j]
         deepest(world.kind, world.stock, x, y, z, full, m, work.gaps[kept])
+        round_, sharp = FAR, False
         for i in range(kept):
             c = work.keep[i]
             k = work.near[c]
+            r = rows.num[k, 17]
+            sharp |= r < step
+            round_ = min(round_, r if r > 0.0 else rows.num[k, 16])
             if work.mode[c] == 0:
                 lower(rows.num, rows.kind[k], k, x, y, z, m, who, float(i), full, work.gaps[i], step)
             else:
                 lower_tip(scene, c, i, way, now, full)
+        bulge = 0.125 * step * step * (1.0 / round_ + (1.0 / q[6] if q[6] > 0.0 else 0.0))
         begin = work.s[0]
         for i in range(cells):
             f, g = m[i], m[i + 1]
@@ -396,7 +452,7 @@ def at_angle(scene, now, count, top, phi, aside, out):
                     parts = put(blade, work.part, now, piece, way, begin, e, tol, parts, out)
                 begin = e
             else:
-                middle, most = hidden(work, i, cells, step)
+                middle, most = hidden(work, i, cells, step, kept, bulge, sharp)
                 out[DEPTH] = max(out[DEPTH], most)
                 if middle > s:
                     few = few_of_cell(work, kept, i, FAR)

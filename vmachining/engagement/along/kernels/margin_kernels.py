@@ -18,12 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vmachining.jit import leaf
-from vmachining.stock._kernels import mesh_distance
+from vmachining.stock._kernels import leaves_near, listed_distance, mesh_distance
 from vmachining.sweep._kernels import meridian, nearest, planar_gap
 from vmachining.sweep.rotating._kernels import narrowed
 from vmachining.sweep.rotating.pose._kernels import near, state
 
 FAR = 1e9
+NEAR_MM = 2.0  # of a station, triangles are listed
 LEVEL = -0.25  # mm: deeper than this in a turning sweep needs no digits
 
 
@@ -62,7 +63,8 @@ class Room(NamedTuple):
     """Work space of the kernels.
 
     free (5,): point that triangles were asked for last, and its signed distance; how deep in them a bracket is at least.
-    last (2,): the triangle that was nearest, and whether triangles may end the stretch.
+    last (3,): the triangle that was nearest, whether triangles may end the stretch, how many leaves of their tree `near` holds,
+    those within near_mm of `region`, with their numbers `place`; -1 if there is no room for so many.
     """
 
     cells: NDArray[np.float64]
@@ -72,6 +74,19 @@ class Room(NamedTuple):
     stack: NDArray[np.int64]
     square: NDArray[np.float64]
     last: NDArray[np.int64]
+    region: NDArray[np.float64]
+    near: NDArray[np.float64]
+    place: NDArray[np.int64]
+
+
+@leaf
+def list_triangles(world, box, room):
+    """Lists what `mesh_depth` looks at first, near a box."""
+    room.last[2] = -1
+    for k in range(6):
+        room.region[k] = box[k]
+    if box[0] <= box[3] and box[1] <= box[4] and box[2] <= box[5]:
+        room.last[2] = leaves_near(world.boxes, box, NEAR_MM, room.stack, room.near, room.place)
 
 
 @leaf
@@ -83,10 +98,18 @@ def mesh_depth(world, x, y, z, most, known, room):
     """
     p = room.p
     p[0], p[1], p[2] = x, y, z
-    reach = most if known > -most else FAR
-    d, room.last[0] = mesh_distance(
-        p, world.a, world.b, world.c, world.normals, world.boxes, room.stack, room.square, room.last[0], reach
-    )
+    reach, last = most if known > -most else FAR, room.last
+    sure = NEAR_MM - box_gap(room.region, x, y, z)  # triangles within this are listed
+    d = FAR
+    if last[2] >= 0:
+        d, last[0] = listed_distance(
+            p, world.a, world.b, world.c, world.normals, room.near, room.place, last[2], room.square, last[0],
+            min(reach, 2.0 * NEAR_MM),
+        )  # fmt: skip
+    if last[2] < 0 or abs(d) > sure:
+        d, last[0] = mesh_distance(
+            p, world.a, world.b, world.c, world.normals, world.boxes, room.stack, room.square, last[0], reach
+        )
     return most if d >= reach else min(most, -d)
 
 

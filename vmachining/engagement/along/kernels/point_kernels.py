@@ -45,8 +45,8 @@ class Work(NamedTuple):
     one more for the stock. gaps (sweeps + 1, NODES) : distances of nodes, by place in `keep`, and to the stock. near, mode : see
     the legend. keep : of a piece, as places in `near`; low : (sweeps + 1,) see `margin_on`; few : of those what may end it in a
     bracket. part : (n, 3) piece, s0, s1; a full one may have left parts out, and is made larger. slot, seen : (sweeps,) place in
-    `near`, and the stretch that saw a sweep last. clock : (3,) stretches so far, places in `near` that tiles know, stamp of the
-    station.
+    `near`, and the stretch that saw a sweep last. clock : (4,) stretches so far, places in `near` that tiles know, stamp of the
+    station, 1 if all of `near` have closed forms. tile : those under a stretch.
     """
 
     x: NDArray[np.float64]
@@ -67,6 +67,7 @@ class Work(NamedTuple):
     slot: NDArray[np.int64]
     seen: NDArray[np.int64]
     clock: NDArray[np.int64]
+    tile: NDArray[np.int64]
 
 
 class Scene(NamedTuple):

@@ -77,32 +77,35 @@ def height_at(q, r):
 
 
 @inner
-def standing(tiles, blade, piece, now, e_x, e_y, a, b):
-    """What of a..b may stand in material of the tiles under it, tool upright; (a, b, most of material over the edge, mm).
+def standing(tiles, tile, blade, piece, now, e_x, e_y, a, b):
+    """What of a..b may stand in material of the tiles under it, tool upright; (a, b, most of material over the edge, mm, tiles).
 
-    The edge is followed from tile to tile. Heights rise with the radius, so a tile whose material ends below where the edge comes
-    into it holds none; the stretch begins in the first tile that may, and ends in the last, at the top of its material.
+    These tiles are left in `tile`; -1 where they are not known. The edge is followed from one to the next. Heights rise with the
+    radius, so a tile whose material ends below the edge where it comes in holds none; the stretch begins in the first tile that
+    may, and ends in the last, at the top of its material.
     """
     q = blade.rows[piece]
     first_r, last_r = edge_point(blade, piece, a)[0], edge_point(blade, piece, b)[0]
     r = first_r
     if last_r < r or (q[6] > 0.0 and q[8] > 1e-9):
-        return a, b, 0.0
+        return a, b, 0.0, -1
     nx, ny = tiles.head.shape
     x, y = (now[0] - tiles.origin[0]) / tiles.size, (now[1] - tiles.origin[1]) / tiles.size
     dx, dy = e_x / tiles.size, e_y / tiles.size
     i, j = int(np.floor(x + r * dx)), int(np.floor(y + r * dy))
-    begin, end, begins, top, most = r, r, False, 0.0, -FAR
+    begin, end, begins, top, most, n, used = r, r, False, 0.0, -FAR, 0, 0
     while True:
         over_x = ((i + 1 if dx > 0.0 else i) - x) / dx if dx != 0.0 else FAR
         over_y = ((j + 1 if dy > 0.0 else j) - y) / dy if dy != 0.0 else FAR
         out = min(min(over_x, over_y), last_r)
-        here = tiles.top[min(max(i, 0), nx - 1), min(max(j, 0), ny - 1)] - now[2]
+        tile[n] = min(max(i, 0), nx - 1) * ny + min(max(j, 0), ny - 1)
+        here = tiles.top[tile[n] // ny, tile[n] % ny] - now[2]
         over = here - height_at(q, r)
         most = max(most, over)
         if over > 0.0:
             begin = begin if begins else r
-            begins, end, top = True, out, here
+            begins, end, top, used = True, out, here, n + 1
+        n = n + 1 if begins else 0
         if out >= last_r:
             break
         if over_x <= over_y:
@@ -111,11 +114,11 @@ def standing(tiles, blade, piece, now, e_x, e_y, a, b):
             j += 1 if dy > 0.0 else -1
         r = out
     if not begins:
-        return a, a, most
+        return a, a, most, 0
     rises = last_r > first_r
     low = max(a, s_at(blade, piece, begin)) if rises else a
     high = min(b, s_at(blade, piece, end)) if rises and end < last_r else b
-    return low, below(blade, piece, top, high), most
+    return low, below(blade, piece, top, high), most, used
 
 
 @leaf
@@ -139,13 +142,13 @@ def following(q, at, apart):
 
 
 @inner
-def under(tiles, work, blade, piece, now, e_x, e_y, a, b):
-    """Leaves in `keep` the sweeps of the tiles under a stretch of the edge; how many."""
+def looked(tiles, work, blade, piece, now, e_x, e_y, a, b):
+    """Leaves in `tile` the tiles under a stretch of the edge, by places a quarter of one apart; how many."""
     nx, ny = tiles.head.shape
     r, h, _, _ = edge_point(blade, piece, a)
     r1, h1, _, _ = edge_point(blade, piece, b)
     reach = np.sqrt((r1 - r) ** 2 + (h1 - h) ** 2 * (1.0 - now[5] ** 2))
-    looks, last, n = 1 + int(4.0 * reach / tiles.size), -1, 0
+    looks, n = 1 + int(4.0 * reach / tiles.size), 0
     at_look, apart = spaced(blade, piece, a, b, looks)
     for _ in range(looks + 1):
         r, h, _, _ = at_look
@@ -153,9 +156,18 @@ def under(tiles, work, blade, piece, now, e_x, e_y, a, b):
         x, y = now[0] + h * now[3] + r * e_x, now[1] + h * now[4] + r * e_y
         i = min(max(int(np.floor((x - tiles.origin[0]) / tiles.size)), 0), nx - 1)
         j = min(max(int(np.floor((y - tiles.origin[1]) / tiles.size)), 0), ny - 1)
-        if i * ny + j == last:
-            continue
-        last, at = i * ny + j, tiles.head[i, j]
+        if n == 0 or work.tile[n - 1] != i * ny + j:
+            work.tile[n] = i * ny + j
+            n += 1
+    return n
+
+
+@inner
+def under(tiles, work, count):
+    """Leaves in `keep` the sweeps of the tiles in `tile`; how many."""
+    ny, n = tiles.head.shape[1], 0
+    for t in range(count):
+        at = tiles.head[work.tile[t] // ny, work.tile[t] % ny]
         while at >= 0:
             k = tiles.node[at, 0]
             at = tiles.node[at, 1]

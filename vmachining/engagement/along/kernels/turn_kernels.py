@@ -3,16 +3,28 @@
 # Legend: see edge_kernels.py. Turn: phi (n,) rad as asked; order: rising; values, parts, count of each. A level or rising feed
 #   faces only within 90 degrees of its direction: then the angles are a chain whose ends are known, else they close to a ring.
 # result (COLUMNS,): area, thickness per unit of the block, ae, ap, fraction of the turn, planned fraction.
+# past: the Turn at the end of the motion before, at whose tip this one begins. It took all but what faced it there, which are its
+#   parts: a new direction cuts what faces it of these.
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engagement.along.kernels.edge_kernels import AREA, DEPTH, THICK, VALUES, at_angle, next_share
-from vmachining.engagement.along.kernels.margin_kernels import FAR
+from vmachining.engagement.along.kernels.edge_kernels import (
+    AREA,
+    DEPTH,
+    THICK,
+    VALUES,
+    at_angle,
+    cleared,
+    next_share,
+    put,
+)
+from vmachining.engagement.along.kernels.margin_kernels import FAR, turned
 from vmachining.engagement.along.kernels.point_kernels import TAU
-from vmachining.jit import leaf
+from vmachining.engagement.along.kernels.stretch_kernels import facing
+from vmachining.jit import leaf, within
 
 DEGREE = np.pi / 180.0
 GRID = 36  # angles of a turn, through the feed
@@ -25,16 +37,21 @@ NARROW = np.radians(0.1)  # intervals are not halved below this
 MORE, MORE_MM = 1e-3, 0.004  # of the largest, and mm: what a maximum between two angles must promise
 BENT = 4.0  # times as much at one end of a gap as at the other is smooth
 END_RAD = 2e-5
+SAME_RAD = 1e-9
 TOUCH_RAD = 1e-4  # less than this of a turn is a line along which tool and wall touch
 PLANNED = 0.01  # of the largest chip
 CLOSE = np.radians(0.5)  # angles where the chip passes it are not asked in gaps below this
 ROOM = 400  # angles of a turn at most
 COLUMNS = 6
 BESIDE = (0.03 * DEGREE, 0.6 * DEGREE, 3.0 * DEGREE)  # beside the ends of what a feed faces
+END, NEAR_END = QUARTER - 0.5 * BESIDE[0], 1.001 * BESIDE[2]  # angles beyond the first do not count
 
 
 class Turn(NamedTuple):
-    """Angles of a station. phi (ROOM,), order (ROOM,), value (ROOM, VALUES), part (ROOM, n, 3), found (ROOM,) parts, most."""
+    """Angles of a station. phi (ROOM,), order (ROOM,), value (ROOM, VALUES), part (ROOM, n, 3), found (ROOM,) parts, most.
+
+    Set where another motion may begin: known (3,): angles, 1 if they close to a ring, motion; ahead (1,): rad, its direction.
+    """
 
     phi: NDArray[np.float64]
     order: NDArray[np.int64]
@@ -42,6 +59,8 @@ class Turn(NamedTuple):
     part: NDArray[np.float64]
     found: NDArray[np.int64]
     most: NDArray[np.float64]
+    known: NDArray[np.int64]
+    ahead: NDArray[np.float64]
 
 
 @leaf
@@ -49,14 +68,87 @@ def ask(scene, turn, now, count, top, aside, phi, n):
     """Look at one more angle; n + 1."""
     turn.phi[n] = phi
     found = at_angle(scene, now, count, top, phi, aside, turn.value[n])
-    turn.found[n] = found
     for i in range(found):
         for c in range(3):
             turn.part[n, i, c] = scene.work.part[i, c]
+    return noted(turn, n, found)
+
+
+@leaf
+def noted(turn, n, found):
+    """Count of the parts of angle n; n + 1."""
+    turn.found[n] = found
     if found > 0:
         for v in range(VALUES):
             turn.most[v] = max(turn.most[v], turn.value[n, v])
     return n + 1
+
+
+@leaf
+def again(scene, turn, past, now, aside, tol, phi, i, n):
+    """Angle i of `past`, which is phi, becomes angle n; n + 1."""
+    out, parts, known = turn.value[n], 0, -1
+    way = turned(now, phi, aside)
+    cleared(out)
+    turn.phi[n], out[DEPTH] = phi, past.value[i, DEPTH]
+    a = b = 0.0
+    for k in range(past.found[i]):
+        piece = int(past.part[i, k, 0])
+        if piece != known:
+            a, b = facing(scene.blade, piece, way, now[19])
+            known = piece
+        low, high = max(a, past.part[i, k, 1]), min(b, past.part[i, k, 2])
+        parts = put(scene.blade, turn.part[n], now, piece, way, low, high, tol, parts, out)
+    return noted(turn, n, parts)
+
+
+@leaf
+def around(phi):
+    """The same angle within half a turn of 0."""
+    return phi - 2.0 * np.pi * np.rint(phi / (2.0 * np.pi))
+
+
+@leaf
+def carried(scene, turn, past, now, aside, tol, middle, ring):
+    """Angles of `past` that may face, and those beside the ends of what faces, to be asked, where the former do not end before;
+    (angles, ring)."""
+    n, before, closed = 0, past.known[0], past.known[1] > 0
+    first, least, last, phi = 0, FAR, -1, 0.0
+    for at in range(before if closed or not ring else 0):
+        lead = around(past.phi[past.order[at]] - middle)
+        if (ring or lead > -END) and lead < least:
+            first, least = at, lead
+    for step in range(before):
+        at = (first + step) % before
+        i = past.order[at]
+        phi += (past.phi[i] - past.phi[past.order[at - 1 if at > 0 else before - 1]]) % (2.0 * np.pi)
+        if step == 0:
+            phi = middle + around(past.phi[i] - middle)
+        lead, off = around(phi - middle), abs(abs(around(phi - past.ahead[0])) - QUARTER)
+        if not ring and abs(lead) >= END:
+            continue
+        # what was asked beside the ends of the direction before stands too near to others to see a maximum between them
+        if closed and SAME_RAD < off < NEAR_END and abs(abs(lead) - QUARTER) > NEAR_END:
+            continue
+        turn.order[n], last = n, at
+        n = again(scene, turn, past, now, aside, tol, phi, i, n)
+    for side in range(2 if n > 0 else 0):
+        for beside in BESIDE:
+            phi, at, begin = (
+                middle + (beside - QUARTER if side == 0 else QUARTER - beside),
+                n,
+                turn.phi[turn.order[0]],
+            )
+            if ring and not closed:
+                phi = begin + (phi - begin) % (2.0 * np.pi)
+            while at > 0 and turn.phi[turn.order[at - 1]] > phi + SAME_RAD:
+                at -= 1
+            asked = closed or (at < n if ring else first > 0 if side == 0 else last < before - 1)
+            if asked and (at == 0 or phi - turn.phi[turn.order[at - 1]] > SAME_RAD):
+                turn.phi[n], turn.found[n] = phi, -1
+                insert(turn, at, n)
+                n += 1
+    return n, ring and closed
 
 
 @leaf
@@ -81,7 +173,7 @@ def gap_after(turn, at, n):
     return wide if wide >= 0.0 else wide + 2.0 * np.pi
 
 
-@leaf
+@within
 def narrowed(scene, turn, now, count, top, aside, at, n, wide):
     """Asks angles until the end of an arc between positions at and at + 1 is known; how many angles there are."""
     i, j = turn.order[at], turn.order[(at + 1) % n]
@@ -110,7 +202,7 @@ def narrowed(scene, turn, now, count, top, aside, at, n, wide):
     return n
 
 
-@leaf
+@within
 def with_ends(scene, turn, now, count, top, aside, n, ring):
     """Narrows the ends of all arcs; how many angles there are."""
     at = 0
@@ -194,7 +286,7 @@ def share_of(turn, at, n, ring, wide, what):
     return promised(turn, h, i, j, k, max(wh, 1e-9), wide, max(wk, 1e-9))
 
 
-@leaf
+@within
 def divide(scene, turn, now, count, top, aside, n, ring, what, rounds):
     """Asks an angle in every gap where `share_of` finds one worth asking, a number of times; how many angles there are."""
     asked = 0
@@ -247,8 +339,8 @@ def over_turn(turn, n, ring, least):
 
 
 @leaf
-def turn_at(scene, turn, now, count, top, result):
-    """Contact over one turn of a tool; (angles, whether they close to a ring)."""
+def turn_at(scene, turn, past, now, count, top, tol, result):
+    """Contact over one turn of a tool; (angles, whether they close to a ring). tol : see `put`, of all sweeps."""
     turn.most[:] = -FAR
     result[:] = 0.0
     v_a = now[3] * now[6] + now[4] * now[7] + now[5] * now[8]
@@ -273,16 +365,25 @@ def turn_at(scene, turn, now, count, top, result):
     way = (a_x, a_y, a_z)
     ring = axial or now[21] > 0.0 or v_a < 0.0 or not scene_convex(scene)
     n = 0
-    for i in range(-QUARTER_GRID, 3 * QUARTER_GRID + 1 if ring else QUARTER_GRID + 1):
-        for c in range(len(BESIDE) if abs(i) == QUARTER_GRID and not axial else 0):
-            beside = BESIDE[c] if i < 0 else -BESIDE[len(BESIDE) - 1 - c]
-            turn.phi[n], n = middle + i * STEP + beside, n + 1
-        if i > -QUARTER_GRID and (ring or i < QUARTER_GRID):
-            turn.phi[n], n = middle + i * STEP, n + 1
+    if axial or past.known[0] > ROOM - 2 * len(BESIDE):
+        past.known[0] = 0
+    turn.ahead[0] = middle
+    if past.known[0] > 0:
+        n, ring = carried(scene, turn, past, now, way, tol, middle, ring)
+    else:
+        for i in range(-QUARTER_GRID, 3 * QUARTER_GRID + 1 if ring else QUARTER_GRID + 1):
+            for c in range(len(BESIDE) if abs(i) == QUARTER_GRID and not axial else 0):
+                beside = BESIDE[c] if i < 0 else -BESIDE[len(BESIDE) - 1 - c]
+                turn.phi[n], n = middle + i * STEP + beside, n + 1
+            if i > -QUARTER_GRID and (ring or i < QUARTER_GRID):
+                turn.phi[n], n = middle + i * STEP, n + 1
+        for i in range(n):
+            turn.order[i], turn.found[i] = i, -1
     for i in range(n):
-        turn.order[i] = i
-        ask(scene, turn, now, count, top, way, turn.phi[i], i)
-    n = divide(scene, turn, now, count, top, way, n, ring, SEEN, SEEK)
+        if turn.found[i] < 0:
+            ask(scene, turn, now, count, top, way, turn.phi[i], i)
+    if past.known[0] == 0:
+        n = divide(scene, turn, now, count, top, way, n, ring, SEEN, SEEK)
     if turn.most[DEPTH] == -FAR:
         return n, ring
     n = with_ends(scene, turn, now, count, top, way, n, ring)

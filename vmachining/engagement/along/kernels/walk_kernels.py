@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engagement.along.kernels.distance_kernels import CIRCLE, EXACT, HELIX, POSES
-from vmachining.engagement.along.kernels.point_kernels import Scene
+from vmachining.engagement.along.kernels.distance_kernels import CIRCLE, EXACT, HELIX, POSES, touch
+from vmachining.engagement.along.kernels.margin_kernels import list_triangles
+from vmachining.engagement.along.kernels.point_kernels import TAU, Scene
 from vmachining.engagement.along.kernels.tile_kernels import enter, gather
 from vmachining.engagement.along.kernels.turn_kernels import ROOM, scene_convex, turn_at
 from vmachining.jit import kernel, leaf
@@ -118,6 +119,26 @@ def at_tip(q, kind, tip, now):
 
 
 @leaf
+def flush(q, kind, tip, height):
+    """Whether a tool may stand along what a sweep left: where it ends or begins, or below that if its wall cuts."""
+    if kind == EXACT:
+        return True
+    begin, end = (q[0] - tip[0]) ** 2 + (q[1] - tip[1]) ** 2, (q[14] - tip[0]) ** 2 + (q[15] - tip[1]) ** 2
+    if height <= q[17]:
+        begin, end = begin + (q[2] - tip[2]) ** 2, end + (q[26] - tip[2]) ** 2
+    return min(begin, end) < SAME_MM2
+
+
+@leaf
+def has_disc(scene):
+    """Whether the edge has a level line: a floor may lie all along it."""
+    for piece in range(len(scene.blade.rows)):
+        if scene.blade.rows[piece, 6] == 0.0 and scene.blade.rows[piece, 1] == scene.blade.rows[piece, 3]:
+            return True
+    return False
+
+
+@leaf
 def keep_turn(scene, turn, kept, s, n, ring):
     """Store the angles of a station and their parts."""
     a, p = kept.used[0], kept.used[1]
@@ -146,16 +167,17 @@ def replay(tiles, rows, which, first, tile_row) -> int:
 
 
 @kernel
-def walk(scene: Scene, turn, stops, kept, first, tool, radius, mark, tile_row):
+def walk(scene: Scene, turn, past, stops, kept, first, tool, radius, mark, tile_row):
     """Stations from `first` on; the first station that was not done, because a table has no room.
 
     The last row of the sweeps is a spare one. tool, radius : of all of them. mark (2,): of stamps; the next sweep that enters the
-    tiles. tile_row (8,) : work space.
+    tiles. past: see turn_kernels.py. tile_row (8,) : work space.
     """
     cut, station, extra, nows, tips, box, result = stops
     tiles, spare = scene.tiles, len(scene.rows.kind) - 1
     near, work = scene.work.near, scene.work
     convex = scene_convex(scene)
+    past.known[0], disc = 0, has_disc(scene)
     for s in range(first, len(station)):
         c = int(station[s, 0])
         while mark[1] < cut[c, 0]:
@@ -179,10 +201,15 @@ def walk(scene: Scene, turn, stops, kept, first, tool, radius, mark, tile_row):
         height = top - now[2] if upright else now[20]
         if height <= 0.0:
             continue
-        gone = False
+        closed, gone, tol, last = True, False, TAU, cut[c, 0] - 1  # row that the motion before ends with
+        ends, follows = False, not len(kept.station) and station[s, 1] == 0.0 and past.known[2] == c - 1
+        follows &= not disc or now[3] * now[6] + now[4] * now[7] + now[5] * now[8] >= 0.0
         for i in range(n):
             k = near[i]
             work.mode[i] = 0
+            tol = max(tol, TAU + touch(scene.rows, scene.world, k))
+            closed &= scene.rows.kind[k] < EXACT
+            follows &= k == last or not flush(scene.rows.num[k], scene.rows.kind[k], tips[s], height)
             if scene.rows.tool[k] == tool and scene.rows.kind[k] != EXACT:
                 mode = at_tip(scene.rows.num[k], scene.rows.kind[k], tips[s], now)
                 if mode > 0:
@@ -190,6 +217,8 @@ def walk(scene: Scene, turn, stops, kept, first, tool, radius, mark, tile_row):
                         gone = True  # nothing of the tool at the end of the motion is material
                     else:
                         work.mode[i] = mode
+                    if k == last:
+                        ends = mode == 1
             work.slot[k] = i
         if gone:
             continue
@@ -199,10 +228,19 @@ def walk(scene: Scene, turn, stops, kept, first, tool, radius, mark, tile_row):
             n = own_sweeps(scene, cut, station, extra, s, near, n, spare)
             for i in range(before, n):  # poses end where the tool stands, curves of an upright one do not
                 work.mode[i] = 1 if i == n - 1 and scene.rows.kind[near[i]] == POSES else 0
-        angles, ring = turn_at(scene, turn, now, n, height, result[s])
+                closed &= scene.rows.kind[near[i]] < EXACT
+        work.clock[3] = 1 if closed else 0
+        if scene.world.kind == 2:
+            list_triangles(scene.world, box[s], scene.room)
+        if not (follows and ends):
+            past.known[0] = 0
+        angles, ring = turn_at(scene, turn, past, now, n, height, tol, result[s])
         for i in range(angles):
             if turn.found[i] == len(work.part):
                 return s
         if len(kept.station) and result[s, 4] > 0.0:
             keep_turn(scene, turn, kept, s, angles, 1 if ring else 0)
+        if station[s, 3] > 0.0:
+            turn.known[0], turn.known[1], turn.known[2] = angles, 1 if ring else 0, c
+            turn, past = past, turn
     return len(station)
