@@ -197,7 +197,7 @@ def test_out_must_be_a_directory_that_can_be_written(tmp_path, capsys, monkeypat
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("pathlib.Path.replace", full)
-    refused(capsys, ["run", job, "--out", tmp_path / "out"], "out", "No space left", "--out")
+    refused(capsys, ["run", job, "--out", tmp_path / "out"], "out", "No space left", "free some disk space")
 
 
 def test_a_refused_run_leaves_an_earlier_result_and_a_new_one_replaces_all_of_it(tmp_path, capsys):
