@@ -1,4 +1,4 @@
-"""A whole run, from the program to the page: time and memory by stages, in one process and in two, beside one manifold3d solid.
+"""A whole run, from the program to the page: time and memory by stage, in one process and in two, next to one manifold3d solid.
 
 A machine's speed differs from day to day by a factor of two, so its absolute times say little: the solid, cut from the same
 blocks in the same run, is the measure.
@@ -30,7 +30,7 @@ LENGTH, ROW, EDGE = 40, 0.5, 8.0
 """mm: of a row in blocks of 1 mm, between rows, of the stock beyond the path."""
 
 SOLID_BLOCKS = 2_000
-"""So many of the first blocks are cut from the solid as well."""
+"""The solid is cut by no more than the first 2,000 blocks: each costs more than the one before."""
 
 
 def run(blocks: int = 2_000) -> Iterator[dict[str, Any]]:
@@ -87,20 +87,9 @@ box = {{ min = {low}, max = {high} }}
 def _timed(job: Path, workers: int) -> dict[str, Any]:
     """One run in a process of its own, which starts its workers."""
     out = job.parent / f"out{workers}"
-    words = [
-        sys.executable,
-        "-m",
-        "vmachining",
-        "run",
-        str(job),
-        "--out",
-        str(out),
-        "--workers",
-        str(workers),
-        "--quiet",
-    ]
+    options = f"-m vmachining run {job.name} --out {out.name} --workers {workers} --quiet"
     before, begin = _processor(), perf_counter()
-    command(words, check=True)
+    command([sys.executable, *options.split()], cwd=job.parent, check=True)
     wall, spent = perf_counter() - begin, _processor() - before
     said = json.loads((out / "summary.json").read_text())
     return {
@@ -110,6 +99,6 @@ def _timed(job: Path, workers: int) -> dict[str, Any]:
 
 
 def _processor() -> float:
-    """Seconds of all processes that have ended below this one."""
+    """Processor seconds of all child processes that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime

@@ -37,6 +37,9 @@ from vmachining.notice import notice
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+OPTIMIZE = "_optimize_final_module"
+"""Step of numba in which a library and all that it links are one module."""
+
 IMPORT = re.compile(r"^from ((?:vmachining|benchmarks)[\w.]*) import ", re.MULTILINE)
 
 
@@ -57,12 +60,12 @@ def inner(function: F) -> F:
 
 
 def within(function: F) -> F:
-    """A `leaf` that is compiled with its caller and not by itself: for long ones with one caller, that make long calls."""
+    """A `leaf` that is compiled as part of its only caller: long functions are optimized once instead of once per caller."""
     return cast(F, _compiled(function, _nrt=False, inline="always"))
 
 
 class _Compiling(event.Listener):
-    """Passes the first compilation on, see `notice.compiling`; knows which function is compiled now, and for which others."""
+    """Passes the first compilation on, see `notice.compiling`; the last in the stack is compiled now, for those before it."""
 
     def __init__(self) -> None:
         self.stack: list[Any] = []
@@ -82,28 +85,26 @@ event.register("numba:compile", compiling)
 
 
 def _closing(optimize: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Optimization of a library that makes all functions which a kernel has linked in its own.
+    """The step `optimize`, before which functions that a kernel links in become its own.
 
     numba hands over an array as seven numbers and more, most of which nobody reads. LLVM leaves out those that a function does
     not need, and inlines what has one caller, but only where nobody else can call it: a tenth to a fifth of the time of
     kernels of many small functions.
     """
 
-    def closed(made: Any) -> None:
+    def closed(library: Any) -> None:
         if compiling.stack and getattr(compiling.stack[-1], "closed", False):
-            for function in made._final_module.functions:
+            for function in library._final_module.functions:
                 if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                    function.linkage = (
-                        Linkage.private
-                    )  # without a symbol: another library calls its own under this name
-        optimize(made)
+                    # private, not internal: without a symbol that other libraries would take for their own function
+                    function.linkage = Linkage.private
+        optimize(library)
 
     return closed
 
 
-library: Any = CPUCodeLibrary
-if hasattr(library, "_optimize_final_module"):  # another numba may have none: kernels are right, and slower
-    library._optimize_final_module = _closing(library._optimize_final_module)
+if hasattr(CPUCodeLibrary, OPTIMIZE):  # without it kernels are right, and slower
+    setattr(CPUCodeLibrary, OPTIMIZE, _closing(getattr(CPUCodeLibrary, OPTIMIZE)))
 
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:
