@@ -1,4 +1,4 @@
-"""What a file system refuses, as one clear message; and temporary directories that nobody leaves behind."""
+"""Errors of the file system as one clear message, and temporary directories that are removed even after a kill."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """No room: on the disk, in a quota, below the limit of the size of files."""
 
 LEAST = 2**20
-"""Bytes; with less than that a table that polars cannot write, with an error of its own, is taken to lack room."""
+"""Bytes: with less free space than this, a write error of polars counts as a full disk."""
 
 
 @contextmanager
@@ -57,7 +57,7 @@ LOCK = ".lock"
 class Scratch:
     """A temporary directory: it goes at the end of a `with`, with whoever keeps it last, or with the process.
 
-    One whose process was killed goes when the next one is made beside it: it is locked while its process lives.
+    A directory is locked while its process lives; the next process that makes one in the same place removes those without a lock.
 
     path : Path. where : what to make it in; None: what the system has for that.
 
@@ -87,7 +87,7 @@ def _made(where: Path) -> tuple[Path, int]:
     while True:
         path = Path(tempfile.mkdtemp(prefix=_prefix(), dir=where))
         lock = os.open(path / LOCK, os.O_RDWR | os.O_CREAT)
-        with suppress(OSError):  # a file system without locks: nobody tidies up there
+        with suppress(OSError):  # no locks on this file system: leftovers stay
             fcntl.flock(lock, fcntl.LOCK_EX)
         if path.exists():
             return path, lock

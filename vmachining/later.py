@@ -1,4 +1,4 @@
-"""Names of a package that are loaded, with what they need, when somebody asks for them (PEP 562)."""
+"""Names of a package that are loaded on first use (PEP 562)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 def later(package: str, files: Mapping[str, str]) -> Callable[[str], Any]:
-    """Its `__getattr__`. files : {module of the package: names that it holds, with blanks between}."""
+    """`__getattr__` of a package. files : {module of the package: names in it, separated by blanks}."""
     home = {name: file for file, names in files.items() for name in names.split()}
 
     def load(name: str) -> Any:

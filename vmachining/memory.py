@@ -1,4 +1,4 @@
-"""Memory that is still to be had, what a process has taken, and what it hands back."""
+"""Free memory of the machine, peak memory of this process, and freed memory that goes back to the system."""
 
 from __future__ import annotations
 
@@ -36,6 +36,6 @@ def peak_mb() -> float:
 
 
 def give_back() -> None:
-    """Let the system have what is free: glibc keeps it, between pieces in use, once arrays of 32 MB have come and gone."""
+    """Return freed memory to the system: once arrays of 32 MB have come and gone, glibc keeps what lies between pieces in use."""
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).malloc_trim(0)

@@ -55,7 +55,7 @@ def start(
 
 
 def dismiss(children: Sequence[Child], seconds: float = 5.0) -> None:
-    """Send processes home: they end when nobody listens, each at the latest after so many seconds."""
+    """End processes: they stop when their line is closed, and are killed after `seconds`."""
     for _, line in children:
         line.close()
     for process, _ in children:

@@ -63,8 +63,8 @@ def read_text(
 
 
 def csv_rows(path: Path, what: str, wrong: str) -> Iterator[tuple[int, list[str]]]:
-    """(line, cells) of every line of a CSV file that holds something and opens without #, the header first, which says which
-    delimiter it is. what, wrong : as of `read_text`.
+    """(line, cells) of every line of a CSV file that is not empty and does not begin with #. The first one is the header; it
+    decides the delimiter. what, wrong : see `read_text`.
 
     Raises InputError: It cannot be read, or is not a CSV table.
     """

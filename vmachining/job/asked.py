@@ -201,7 +201,7 @@ def read_with_tools(
         given["units"] = best.declared.unit
         again = parse_program(data, str(path), **given)
     if _wrong(again) < len(again.errors):
-        # beside a radius that nobody tells: what is drafted is about the contour, whose arcs fit
+        # the radius is unknown: the draft is made from the contour, whose arcs fit
         given["tools"] = {
             k: tool._replace(diameter_mm=CONTOUR_MM) if math.isnan(tool.diameter_mm) else tool
             for k, tool in table.items()

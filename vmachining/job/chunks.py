@@ -63,9 +63,9 @@ def in_order(
 
 
 class Beside:
-    """A thread for work that nobody waits for yet; without one (`threads` is 1) it is done when its result is asked for.
+    """Runs work in a second thread until its result is needed; with one thread, when the result is needed.
 
-    Leaving waits for what is under way.
+    Leaving the `with` waits for work in progress.
     """
 
     def __init__(self, threads: int) -> None:

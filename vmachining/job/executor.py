@@ -42,7 +42,7 @@ AT_ONCE = (8, 1024)
 """Orders of an engine that is faster with many at once: fewest and most that wait for each other."""
 
 AT_ONCE_SHARE = 32
-"""Of one that answers many, but is made for few, no more than one order in 32 waits: short programs stop after any block."""
+"""Other engines that take several orders keep at most one in 32 waiting, so short programs can be stopped after any block."""
 
 AT_ONCE_SECONDS = 0.5
 

@@ -70,14 +70,14 @@ class Record:
         self.save()
 
     def known(self, name: str) -> dict[str, Any] | None:
-        """The checkpoint of a pass: file, done, total, and what else `checkpoint` was told."""
+        """The checkpoint of a pass: file, done, total, and what else `checkpoint` was given."""
         found: dict[str, Any] | None = self.place.manifest["checkpoints"].get(name)
         return found
 
-    def checkpoint(self, name: str, state: Saves, done: int, total: int, **told: Any) -> None:
+    def checkpoint(self, name: str, state: Saves, done: int, total: int, **more: Any) -> None:
         """Save the workpiece or what is known of contact, then point the manifest to it, then forget the one before.
 
-        told : of a pass that cuts: shares of the workpiece, and rows, the digest of those on disk.
+        more : for a pass that cuts: shares of the workpiece, and rows, the digest of the rows on disk.
         """
         target = self.place.path / f"checkpoint.{name}.{done}.npz"
         self._progress("saving", 0, 1)
@@ -85,7 +85,7 @@ class Record:
             state.save(temporary)
         self._progress("saving", 1, 1)
         manifest, old = self.place.manifest, self.known(name)
-        manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total, **told}
+        manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total, **more}
         self.save()
         if old is not None and old["file"] != target.name:
             with suppress(OSError):

@@ -195,10 +195,8 @@ def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> di
                 waiting.append((line, text))
                 if row := _ROW.match(text):
                     key = row[1].upper()
-                    sheet[key] = (
-                        line,
-                        "" if key in sheet else text,
-                    )  # of a list of tools nobody knows which is meant
+                    # a list of several tools does not say which one is meant
+                    sheet[key] = (line, "" if key in sheet else text)
                 if line - change <= NEAR and last in numbers:
                     after.append((last, line, text))
             elif called in numbers:

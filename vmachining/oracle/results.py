@@ -96,7 +96,7 @@ class Table:
 
 
 def table_in(folder: Path, stem: str) -> Path | None:
-    """The file of a table in a result directory: a long one is Parquet alone, somebody's may be CSV alone; None: no such file."""
+    """Path of a table in a result directory, Parquet if there is one, else CSV; None if there is neither."""
     paths = folder / f"{stem}.parquet", folder / f"{stem}.csv"
     return next((path for path in paths if path.is_file()), None)
 
